@@ -231,10 +231,10 @@ VARIED = [
     ({NOISE: {"unifrm": [1, 2]}},
      f'."{NOISE}".unifrm: must be a known key; received [1, 2] (did you mean uniform?)'),
     ({NOISE: {}}, f'."{NOISE}": must have one of values, uniform, log_uniform, normal, '
-     "truncated_normal, direction, relative, rotation; received none"),
+     "truncated_normal, quantiles, direction, relative, rotation; received none"),
     ({NOISE: {"values": [1], "uniform": [1, 2]}}, f'."{NOISE}": must have one of values, uniform, '
-     "log_uniform, normal, truncated_normal, direction, relative, rotation; received values and "
-     "uniform"),
+     "log_uniform, normal, truncated_normal, quantiles, direction, relative, rotation; received "
+     "values and uniform"),
     ({NOISE: {"values": []}}, f'."{NOISE}".values: must have 1 or more values; received []'),
     ({NOISE: {"values": [1.0, "a"]}}, f'."{NOISE}": must be a number; received \'a\''),
     ({NOISE: {"uniform": 3}},
@@ -260,6 +260,14 @@ VARIED = [
      f'."{NOISE}".normal.sigma: must be greater than or equal to 0; received -1'),
     ({BIAS: {"normal": {"mean": [1, 2, 3], "sigma": [1, 2]}}}, f'."{BIAS}".normal.sigma: must be '
      "a number, or as long as the others; received vectors of 3 and 2 numbers"),
+    ({NOISE: {"quantiles": [[0, 1]]}},
+     f'."{NOISE}".quantiles: must be pairs [share, value], two or more; received [[0, 1]]'),
+    ({NOISE: {"quantiles": [[0, 1], [0.9, 2]]}},
+     f'."{NOISE}".quantiles: must have shares that rise from 0 to 1; received [0.0, 0.9]'),
+    ({NOISE: {"quantiles": [[0, 1], [0, 3], [1, 4]]}},
+     f'."{NOISE}".quantiles: must have shares that rise from 0 to 1; received [0.0, 0.0, 1.0]'),
+    ({NOISE: {"quantiles": [[0, 1], [0.5, 3], [1, 2]]}},
+     f'."{NOISE}".quantiles: must have values that do not fall; received [1.0, 3.0, 2.0]'),
     ({NOISE: {"truncated_normal": {"mean": 1, "sigma": 0, "low": 0}}},
      f'."{NOISE}".truncated_normal.sigma: must be greater than 0; received 0'),
     ({NOISE: {"truncated_normal": {"mean": 1, "sigma": 1}}}, f'."{NOISE}".truncated_normal: low, '
@@ -385,8 +393,13 @@ TABLES = [
      ".stop: must be left out with sampling 'grid', which must be complete"),
     # outcomes, success, stop
     ({"outcomes": {"x": {"signal": "warp", "what": {"at_end": True}}}},
-     ".outcomes.x.signal: must be 'rate_deg_s', 'rate_orbital_deg_s', 'attitude_error_deg', "
+     ".outcomes.x.signal: must be 'rate_deg_s', 'rate_x_deg_s', 'rate_y_deg_s', 'rate_z_deg_s', "
+     "'rate_orbital_deg_s', 'attitude_error_deg', 'momentum_n_m_s', 'wheel_momentum_n_m_s', "
      "'coil_energy_j' or 'peak_dipole_a_m2'; received 'warp'"),
+    ({"outcomes": {"x": {"signal": {"of_start": "coil_energy_j"}, "what": {"at_end": True}}}},
+     ".outcomes.x.signal.of_start: must be 'rate_deg_s', 'rate_x_deg_s', 'rate_y_deg_s', "
+     "'rate_z_deg_s', 'rate_orbital_deg_s', 'attitude_error_deg', 'momentum_n_m_s' or "
+     "'wheel_momentum_n_m_s'; received 'coil_energy_j'"),
     ({"outcomes": {"x": {"signal": {"axis": [0, 0, 1]}, "what": {"at_end": True}}}},
      ".outcomes.x.signal.to: must be given; received nothing"),
     ({"outcomes": {"x": {"signal": {"axis": [0, 0, 0], "to": "sun"}, "what": {"at_end": True}}}},

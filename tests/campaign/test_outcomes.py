@@ -11,7 +11,6 @@ from torquer.analysis.attitude import find_attitude_error
 from torquer.campaign.outcomes import (
     DEFAULT,
     Outcome,
-    Reduction,
     Threshold,
     What,
     check_outcomes,
@@ -19,6 +18,7 @@ from torquer.campaign.outcomes import (
     needs_field,
     needs_sun,
 )
+from torquer.campaign.reduction import Reduction
 from torquer.campaign.signals import Axis, Flown
 from torquer.environment.orbit import kepler
 

@@ -1,6 +1,7 @@
 """Members of campaigns: distributions, independence, designs, and scenarios of members."""
 
 from datetime import UTC, datetime, timedelta
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -52,6 +53,10 @@ DISTRIBUTIONS = {
     "far tail": (
         {"truncated_normal": {"mean": 0.0, "sigma": 1.0, "low": 30.0}},
         stats.truncnorm(30.0, np.inf),
+    ),
+    "own": (
+        {"quantiles": [[0, 1], [0.5, 2], [1, 10]]},
+        SimpleNamespace(cdf=lambda x: np.interp(x, [1.0, 2.0, 10.0], [0.0, 0.5, 1.0])),
     ),
     "factor": ({"relative": {"uniform": [0.9, 1.2]}}, stats.uniform(9.0, 3.0)),
 }
@@ -262,6 +267,7 @@ ALL_FORMS = {key: variation for key, variation in MANY.items() if key != NOISE} 
     "spacecraft.body.inertia_kg_m2": {"relative": {"log_uniform": [0.5, 2.0]}},
     "start": {"uniform": ["2012-01-01T00:00:00Z", "2013-01-01T00:00:00Z"]},
     "simulation.duration_s": {"values": [600.0, 1200.0]},
+    "spacecraft.magnetometer.resolution_nt": {"quantiles": [[0, 1], [0.3, 2], [1, 7]]},
 }
 
 

@@ -9,6 +9,7 @@ from artificial_campaign import artificial
 import torquer
 from torquer.base.strict_json import json_text
 from torquer.campaign.comparison import comparison
+from torquer.campaign.several import compare_several
 from torquer.compile import engine
 from torquer.simulation.results.file import save
 
@@ -214,6 +215,20 @@ def test_comparison_is_printed_as_json_and_written_as_report(call, two, tmp_path
     assert strict_json(out) == json.loads(json_text(comparison(*map(torquer.load, files))))
     assert (tmp_path / "out" / "report.html").stat().st_size > 10_000
     assert (tmp_path / "out" / "plots" / "differences.png").exists()
+
+
+def test_three_campaigns_are_compared(call, two, tmp_path, strict_json):
+    (tmp_path / "c").mkdir()
+    save(artificial(60, (3, 20), factor=2.0), tmp_path / "c" / "campaign.nc")
+    three = (*two, tmp_path / "c")
+    code, out, err = call("campaign", "compare", *three, "--out", tmp_path / "out")
+    assert (code, err) == (0, "") and "Friedman" in out and "difference from A" in out
+    assert (tmp_path / "out" / "report.html").stat().st_size > 10_000
+    results = [torquer.load(folder / "campaign.nc") for folder in three]
+    code, out, _ = call("campaign", "compare", *three, "--json")
+    assert strict_json(out) == json.loads(json_text(compare_several(results)))
+    code, _, err = call("campaign", "compare", *three, *three, *three)
+    assert code == 2 and "campaigns: must be 2 to 6; received 9" in err
 
 
 def test_what_cannot_be_compared_is_reported(call, two, tmp_path):

@@ -103,6 +103,20 @@ def test_the_schema_takes_campaigns():
     assert not checker(campaign).is_valid(given | {"table": 3})
 
 
+def test_the_schema_asks_for_runs_unless_these_follow():
+    """As `Campaign` itself: a table has a run a row, a grid one a combination."""
+    jsonschema = pytest.importorskip("jsonschema")
+    checker = jsonschema.validators.validator_for(schema := file_schema())
+    campaign = checker({"$defs": schema["$defs"], "$ref": "#/$defs/Campaign"})
+    grid = {"sampling": "grid", "vary": {"orbit.raan_deg": {"values": [0, 90]}}}
+    for given, runs in ({"table": {"orbit.raan_deg": [0, 90, 180]}}, 3), (grid, 2):
+        assert campaign.is_valid(given) and Campaign.model_validate(given).runs == runs
+    for given in ({}, {"seed": 3}, grid | {"sampling": "sobol"}):
+        assert not campaign.is_valid(given)
+        with pytest.raises(ValueError, match="runs"):
+            Campaign.model_validate(given)
+
+
 @pytest.mark.parametrize(
     ("name", "titles"),
     [

@@ -16,6 +16,7 @@ from unpacking import figures_on, numbers, trace
 
 from torquer.campaign.comparison import comparison, mean_difference, rate_difference
 from torquer.campaign.contents import least_is_worst, member_outcomes, missing_as_worst
+from torquer.campaign.several import compare_several, holm
 from torquer.campaign.statistics import (
     chance_correlation,
     mean_interval,
@@ -24,11 +25,16 @@ from torquer.campaign.statistics import (
     rate_interval,
 )
 from torquer.campaign.summary import campaign_summary, summary_rows
-from torquer.report.campaign import compare_campaigns, write_campaign_report
+from torquer.report.campaign import (
+    compare_campaigns,
+    compare_several_campaigns,
+    write_campaign_report,
+)
 from torquer.report.campaign.bands import percentiles
 from torquer.report.campaign.convergence import means
 from torquer.report.campaign.distribution import draw_distribution
 from torquer.report.campaign.interactive import distribution_figure, sobol_figure
+from torquer.report.campaign.several import several_grid
 from torquer.report.campaign.shared import steps
 from torquer.report.campaign.tables import comparison_grid, worst_grid
 
@@ -429,3 +435,69 @@ def test_the_page_of_two_campaigns(result, tmp_path):
     shown = [figure for words, figure in figures.items() if words.startswith("Difference of")]
     assert len(shown) == len(found["outcomes"]) + 1
     assert numbers(shown[0]["data"][0]["x"]).tolist() == list(found["success"]["interval"])
+
+
+# ------------------------------------------------------------------ more than two
+
+
+def test_each_of_several_campaigns_is_compared_with_the_first(result):
+    others = [artificial(60, FAILED, factor=f, first=100, name=f"f{f}") for f in (1.1, 1.0, 2.0)]
+    found = compare_several([result, *others])
+    assert found["names"] == ["tumbling", "f1.1", "f1.0", "f2.0"] and found["pairs"] == [60] * 3
+    for name, each in found["outcomes"].items():
+        for one, other in zip(each["against_first"], others, strict=True):
+            assert one == comparison(result, other)["outcomes"][name]
+    energy = found["outcomes"]["coil_energy_j"]
+    assert energy["test"]["name"] == "Friedman" and energy["test"]["p"] < 1e-10
+    assert energy["adjusted_p"][1] == 1.0 > energy["adjusted_p"][0] > 0.0
+    head, rows = several_grid(found)
+    assert head == ("", "A: tumbling", "B: f1.1", "C: f1.0", "D: f2.0")
+    assert all(len(row) == len(head) for row in rows)
+    shown = {row[0]: row[1:] for row in rows}
+    assert shown["members"] == ("60",) * 4 and "  difference from A" in shown
+
+
+def test_of_other_members_the_ranks_of_all_are_tested():
+    """Kruskal-Wallis as SciPy has it, with a missing value worse than any other."""
+    made = [artificial(40 + k, seed=3 * k + 1) for k in range(3)]
+    found = compare_several(made)["outcomes"]["settling_s"]
+    ranked = [missing_as_worst(each, "settling_s") for each in made]
+    assert found["test"]["name"] == "Kruskal-Wallis"
+    assert found["test"]["p"] == pytest.approx(stats.kruskal(*ranked).pvalue, rel=1e-9)
+
+
+def test_campaigns_that_are_one_differ_in_nothing(result):
+    found = compare_several([result] * 3)
+    for each in found["outcomes"].values():
+        assert each["test"]["p"] == 1.0 and each["adjusted_p"] == [1.0, 1.0]
+
+
+def test_adjusted_p_are_those_of_holm():
+    """S. Holm's step-down: times 4, 3, 2, 1, never falling, at most 1."""
+    assert holm([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.03, 0.06, 0.06, 0.02])
+    assert holm([0.5, None, 0.9]) == [1.0, None, 1.0] and holm([]) == []
+
+
+@pytest.mark.parametrize("count", [1, 7])
+def test_so_many_cannot_be_compared(result, count):
+    with pytest.raises(ValueError, match=rf"^campaigns: must be 2 to 6; received {count}$"):
+        compare_several([result] * count)
+
+
+def test_several_without_an_outcome_in_common_are_refused(result):
+    names = list(member_outcomes(result))
+    parts = [
+        result.drop_vars([n for n in names if n not in kept]) for kept in (names[:1], names[1:2])
+    ]
+    with pytest.raises(ValueError, match="campaigns: must have an outcome that all of them have"):
+        compare_several([result, *parts])
+
+
+def test_the_page_on_several_has_every_outcome(result, tmp_path):
+    others = [artificial(60, FAILED, factor=f, first=100) for f in (1.1, 2.0)]
+    page, *pictures = compare_several_campaigns([result, *others], tmp_path / "out")
+    text = page.read_text()
+    assert {each.stem for each in pictures} == {f"cdf_{name}" for name in member_outcomes(result)}
+    assert "Holm" in text and "Friedman" in text
+    for name in member_outcomes(result):
+        assert f"Distribution functions of {name}" in text

@@ -100,6 +100,7 @@ def summarise(result: xr.Dataset) -> Summary:
     found_numbers = {
         "scenario": scenario.name,
         "ended": result.attrs["ended"],
+        **{key: result.attrs[key] for key in ("ended_by",) if key in result.attrs},
         "verdict": judge_run(scenario, goals, t, found, result.attrs["ended"] == COMPLETE),
         "simulated_s": float(t[-1]),
         "revolutions": float(t[-1] * omega0 / (2.0 * np.pi)),
@@ -269,6 +270,8 @@ def summary_rows(summary: dict, verdict: bool = True) -> list[tuple[str, str]]:
         for label, key, unit in _ROWS
         if key in summary and not (key in _KNOWN_OR_LEFT_OUT and summary[key] is None)
     ]
+    if "ended_by" in summary:
+        first.append(("Ended early, by", summary["ended_by"]))
     return [*first, *rows, *_mode_rows(summary.get("modes", {}))]
 
 

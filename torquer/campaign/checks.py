@@ -17,8 +17,8 @@ from torquer.scenario.resolution import QUIET_DAMPING, QUIET_LAG_DEG, TAKE_SHORT
 from torquer.scenario.spec import Scenario
 from torquer.simulation.results.dataset import flown_scenario
 
-#: Which members were spun up: 1, else 0.
-SPUN_UP = "spun_up"
+#: Which members were spun up: 1, else 0. When the scenario's condition ended a flight.
+SPUN_UP, ENDED_S = "spun_up", "ended_s"
 
 
 class Check(NamedTuple):
@@ -58,6 +58,7 @@ CHECKS: Mapping[str, Check] = {
 #: Columns of a campaign with checks: unit and meaning by name.
 MEANINGS = {
     SPUN_UP: ("", "whether it rotates faster for good than at the start, the coils alone working"),
+    ENDED_S: ("s", "time at which the condition of the scenario ended the flight; NaN: it did not"),
     **{name: (check.unit, check.meaning) for name, check in CHECKS.items()},
 }
 
@@ -72,7 +73,9 @@ def checks_for(scenario: Scenario, varied: Sequence[str]) -> list[str]:
     any_steps = "simulation.integrator" in varied
     steps = scenario.simulation.integrator
     found = [name for name, each in CHECKS.items() if any_steps or each.integrator == steps]
-    return [*found, SPUN_UP] if may_be_spun_up(scenario) else found
+    found += [SPUN_UP] if may_be_spun_up(scenario) else []
+    ends = scenario.simulation.end_when is not None
+    return [*found, ENDED_S] if ends or "simulation.end_when" in varied else found
 
 
 def of_steps(integrator: str, cells: np.ndarray) -> dict[str, np.ndarray]:
@@ -118,7 +121,7 @@ def check_summary(result: xr.Dataset) -> dict:
     """The median and the worst of what the steps did, and who was spun up, as plain data."""
     members = member_numbers(result)
     found = {name: each for name in CHECKS if (each := _steps(result, name, members)) is not None}
-    return {"steps": found, SPUN_UP: _spun_up(result, members)}
+    return {"steps": found, SPUN_UP: _spun_up(result, members), ENDED_S: _ended_early(result)}
 
 
 def _steps(result: xr.Dataset, name: str, members: np.ndarray) -> dict | None:
@@ -142,6 +145,17 @@ def _spun_up(result: xr.Dataset, members: np.ndarray) -> dict | None:
     return {"count": len(rows), "members": named, "limit": limit_text(flown_scenario(result))}
 
 
+def _ended_early(result: xr.Dataset) -> dict | None:
+    """How many members the scenario's condition ended, and the median of when; by which."""
+    if column(ENDED_S) not in result:
+        return None
+    times = result[column(ENDED_S)].values
+    known, when = times[np.isfinite(times)], flown_scenario(result).simulation.end_when
+    median = float(np.median(known)) if len(known) else None
+    by = "simulation.end_when" if when is None else when.in_words
+    return {"count": len(known), "median_s": median, "by": by}
+
+
 def check_rows(summary: dict) -> list[tuple[str, str]]:
     """Label and text of what must be known beside a success rate; none where all is well."""
     rows = []
@@ -159,6 +173,13 @@ def check_rows(summary: dict) -> list[tuple[str, str]]:
             "Spun up",
             f"{spun['count']} of {summary['members']} members rotate faster at the end than at the "
             f"start, while the coils worked ({named}); {spun['limit']}",
+        ))  # fmt: skip
+    ended = summary["checks"].get(ENDED_S)
+    if ended and ended["count"]:
+        rows.append((
+            "Ended early",
+            f"{ended['count']} of {summary['members']} members, by {ended['by']}; median after "
+            f"{ended['median_s']:.4g} s",
         ))  # fmt: skip
     return rows
 

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
-#: Greatest value of an outcome, by its unit where it has one; the least is 0.
-_GREATEST = {"deg": 180.0, "": 1.0}
+#: Greatest value of a signal, by its unit where it has one.
+_GREATEST = {"deg": 180.0}
 #: How many members are named in a list.
 NAMED = 5
 #: Members whose signals over time are in memory at once.
@@ -17,11 +17,17 @@ _BLOCK = 8192
 _UNITS_OF_WHAT = {"settles_below": "s", "first_below": "s", "part_below": ""}
 _UNITS = {
     "rate_deg_s": "deg/s",
+    "rate_x_deg_s": "deg/s",
+    "rate_y_deg_s": "deg/s",
+    "rate_z_deg_s": "deg/s",
     "rate_orbital_deg_s": "deg/s",
+    "momentum_n_m_s": "N m s",
+    "wheel_momentum_n_m_s": "N m s",
     "attitude_error_deg": "deg",
     "coil_energy_j": "J",
     "peak_dipole_a_m2": "A m^2",
 }
+_SIGNED = ("rate_x_deg_s", "rate_y_deg_s", "rate_z_deg_s")
 
 
 def campaign_table(result: xr.Dataset) -> dict:
@@ -132,14 +138,29 @@ def series_of(result: xr.Dataset, name: str) -> str | None:
 
 def outcome_unit(result: xr.Dataset, name: str) -> str:
     """Unit of an outcome."""
-    signal, what = definition(result, name)
+    what = definition(result, name)[1]
     units = [_UNITS_OF_WHAT[key] for key in what if key in _UNITS_OF_WHAT]
-    return units[0] if units else signal_unit(signal)
+    return units[0] if units else unit_of_signal(result, name)
+
+
+def unit_of_signal(result: xr.Dataset, name: str) -> str:
+    """Unit of the signal that an outcome is taken from; of a log what the law declares."""
+    attributes = result[name].attrs
+    return attributes.get("signal_units") or signal_unit(json.loads(attributes["signal"]))
 
 
 def signal_unit(signal) -> str:
-    """Unit of a signal; that of an axis is an angle."""
-    return _UNITS.get(signal, "") if isinstance(signal, str) else "deg"
+    """Unit of a signal; that of an axis is an angle. "" for a log and for a fraction."""
+    if isinstance(signal, Mapping):
+        return "" if "of_start" in signal else "deg"
+    return _UNITS.get(signal, "")
+
+
+def may_be_negative(signal) -> bool:
+    """Whether a signal has a sign: a rate about one axis, and what a law logs."""
+    if isinstance(signal, Mapping):
+        return may_be_negative(signal.get("of_start"))
+    return isinstance(signal, str) and (signal in _SIGNED or "." in signal)
 
 
 def is_time(result: xr.Dataset, name: str) -> bool:
@@ -160,7 +181,11 @@ def outcome_bounds(result: xr.Dataset, name: str) -> tuple[float, float]:
         return -math.inf, math.inf
     if is_time(result, name):
         return 0.0, math.inf if (end := end_s(result)) is None else end
-    return 0.0, _GREATEST.get(outcome_unit(result, name), math.inf)
+    signal, what = definition(result, name)
+    if "part_below" in what:
+        return 0.0, 1.0
+    least = -math.inf if may_be_negative(signal) else 0.0
+    return least, _GREATEST.get(unit_of_signal(result, name), math.inf)
 
 
 def restrict_times(result: xr.Dataset, name: str, end: float | None) -> np.ndarray | None:
@@ -188,6 +213,8 @@ def in_words(result: xr.Dataset, name: str) -> str:
 def signal_in_words(signal) -> str:
     """A signal's name, or the axis and the direction from which its angle is measured."""
     if isinstance(signal, Mapping):
+        if "of_start" in signal:
+            return f"{signal['of_start']} as a fraction of its start"
         return f"angle of axis {_numbers(signal.get('axis'))} to {_numbers(signal.get('to'))}"
     return str(signal or "")
 

@@ -13,15 +13,19 @@ import numpy as np
 
 from torquer.base.shared import Sharing
 from torquer.campaign.at_once import AtOnce
-from torquer.campaign.checks import Rotation, checks_for, of_steps
+from torquer.campaign.checks import ENDED_S, Rotation, checks_for, of_steps
+from torquer.campaign.ending import CELLS_AT_END, Ends
+from torquer.campaign.momenta import carried_in, find_logs, recorded_logs
 from torquer.campaign.outcomes import (
     TOTALS,
-    Reduction,
+    log_names,
     needs_field,
     needs_modes,
+    needs_momentum,
     needs_sun,
     outcomes_with_series,
 )
+from torquer.campaign.reduction import Reduction
 from torquer.campaign.room import MOST_INSTANTS
 from torquer.campaign.sampling import Drawn, as_changes, draw, member_seeds
 from torquer.campaign.signals import Flown
@@ -29,10 +33,18 @@ from torquer.campaign.spec import Campaign
 from torquer.campaign.variation import ATTITUDE
 from torquer.scenario.change import checked_again, fields_at, with_values
 from torquer.scenario.spec import InitialMotion, Scenario, Spacecraft
-from torquer.simulation.lanes.group import RECORDS, Lanes, Pieces, first_rate, why_not_in_lanes
+from torquer.simulation.lanes.group import (
+    RECORDS,
+    Kept,
+    Lanes,
+    Pieces,
+    first_rate,
+    why_not_in_lanes,
+)
 from torquer.simulation.outside.library import OtherComputer
 from torquer.simulation.results.dataset import mode_numbers
 from torquer.simulation.setup.checkpoints import Checkpoints, advance_in_pieces
+from torquer.simulation.setup.ending import carried_by
 from torquer.simulation.setup.run import Run, prepare, record_this_instant
 from torquer.simulation.setup.simulate import flown_by
 
@@ -85,6 +97,13 @@ class Fleet:
         with self._sharing.learning():
             run = flown_by(computer, checked_again(scenario, keys))
         self._library = run.library
+        found = find_logs(campaign, run)
+        self._log_names = [*log_names(campaign.outcomes)]
+        self._log_cells = {name: each.cell for name, each in found.items()}
+        self.log_units = {name: each.unit for name, each in found.items()}
+        self._end_when = scenario.simulation.end_when
+        of_end = self._end_when is not None and self._end_when.signal == "momentum_n_m_s"
+        self._carries = needs_momentum(campaign.outcomes) or of_end
         self.rows = run.steps // run.plan.record_steps + 1
         places = np.linspace(0, self.rows - 1, MOST_INSTANTS)
         self._kept = np.unique(places.round().astype(int))
@@ -121,7 +140,9 @@ class Fleet:
         if why := why_not_in_lanes(self.base):
             return None, why
         try:
-            lanes = Lanes(self.base, self._pieces)
+            cells = CELLS_AT_END if self._end_when else ()
+            kept = Kept(tuple(self._log_cells.values()), cells, wheels=self._carries)
+            lanes = Lanes(self.base, self._pieces, kept)
         except ValueError as error:  # of a user's law
             return None, str(error)
         for key in self.campaign.varied_keys:
@@ -183,7 +204,7 @@ class Fleet:
             return flown
 
         def pass_on(columns: slice, first: int, motion: np.ndarray) -> None:
-            take(rows[columns], first, motion)
+            take(rows[columns], first, motion[:, :7])
 
         numbers = np.array([fitting[row] for row in rows])
         _, failed = self._lanes.fly_in_parts(numbers, chunk.seeds[rows], pass_on)
@@ -199,21 +220,39 @@ class Fleet:
         rows = np.array(sorted(fitting, key=lambda row: first_rate(fitting[row])), int)
         if not len(rows):
             return
+        numbers, length_s = np.array([fitting[row] for row in rows]), self.scenario.length_s
         taken = Reduction(self.campaign.outcomes, self.scenario, len(rows), self._kept)
-        rotation = Rotation(self.scenario, len(rows), self.scenario.length_s)
+        rotation = Rotation(self.scenario, len(rows), length_s)
+        ends = Ends(self._end_when, len(rows), length_s)
 
-        def take(columns: slice, first: int, motion: np.ndarray) -> None:
+        def take(columns: slice, first: int, motion: np.ndarray) -> bool:
             motion, along = np.swapaxes(motion, 1, 2), self._records_along(first, len(motion))
-            flown = Flown(along[0], motion[..., :4], motion[..., 4:], *along[1:])
-            taken.add(columns, first, flown)
-            rotation.add(columns, flown)
+            flown = Flown(along[0], motion[..., :4], motion[..., 4:7], *along[1:])
+            also, cells = self._also(motion[..., 7:], numbers[columns])
+            for part, until in ends.parts(columns, flown._replace(**also), cells):
+                taken.add(part, first, until)
+                rotation.add(part, until)
+            return ends.all_have(columns)
 
-        numbers = np.array([fitting[row] for row in rows])
         cells, failed = lanes.fly_in_parts(numbers, chunk.seeds[rows], take)
+        ends.put(cells)
         self._put(chunk, rows, taken, {name: cells[name] for name in TOTALS})
-        self._put_checks(chunk, rows, self.scenario, cells, rotation)
+        self._put_checks(chunk, rows, self.scenario, cells, rotation.spun_up() | ends.checks())
         for row in rows[failed].tolist():
             self._fly_alone(chunk, row)
+
+    def _also(self, kept: np.ndarray, numbers: np.ndarray) -> tuple[dict, np.ndarray]:
+        """What `Flown` has of members in lanes beside their motion, and cells (r, n, k).
+
+        `kept` (r, n, k): logs, cells, wheels.
+        """
+        logs = {name: kept[..., k] for k, name in enumerate(self._log_cells)}
+        count = len(CELLS_AT_END) if self._end_when else 0
+        cells, wheels = np.split(kept[..., len(logs) :], [count], axis=-1)
+        if not self._carries:
+            return {"logs": logs}, cells
+        carried = carried_in(self._lanes.packed, numbers)
+        return {"logs": logs, "carried": carried, "wheels_n_m_s": wheels}, cells
 
     def _records_along(self, first: int, count: int) -> list:
         """Times, and what `Flown` has along the orbit, of records that all members share."""
@@ -294,7 +333,9 @@ class Fleet:
         run.keep(run)
         totals = {name: np.array(run.state.cells[name]) for name in TOTALS}
         self._put(chunk, np.array([row]), found, totals)
-        self._put_checks(chunk, np.array([row]), run.scenario, run.state.cells, rotation)
+        ended_s = np.array([run.now_s if run.steps < run.scenario.steps() else np.nan])
+        also = rotation.spun_up() | {ENDED_S: ended_s}
+        self._put_checks(chunk, np.array([row]), run.scenario, run.state.cells, also)
 
     def _take_alone(
         self,
@@ -322,7 +363,13 @@ class Fleet:
                 before = changes.get(name, numbers[:0])
                 changes[name] = np.concatenate([before, numbers[at : at + RECORDS]])
             states = {name: numbers[:, None] for name, numbers in changes.items()}
-            flown = Flown._make([t_s, q, omega, *along, states if needed else None])
+            flown = Flown(t_s, q, omega, *along, states if needed else None)
+            here = slice(at, at + RECORDS)
+            flown = flown._replace(logs=recorded_logs(record, run, here, self._log_names))
+            if self._carries:
+                wheels = record.wheels[here, None, : len(run.state.rotors)]
+                carried = carried_by(run.dynamics, run.plan.plant.rotors)
+                flown = flown._replace(carried=carried, wheels_n_m_s=wheels)
             found.add(slice(0, 1), first, flown)
             rotation.add(slice(0, 1), flown)
             changes |= _where_changed(changes)
@@ -338,12 +385,12 @@ class Fleet:
                 chunk.series[name][rows] = values
 
     def _put_checks(
-        self, chunk: Chunk, rows: np.ndarray, flown: Scenario, cells, rotation: Rotation
+        self, chunk: Chunk, rows: np.ndarray, flown: Scenario, cells, also: Mapping
     ) -> None:
-        """Put the checks of some members into their rows."""
-        of_all = of_steps(flown.simulation.integrator, cells) | rotation.spun_up()
-        for name, values in of_all.items():
-            chunk.checks[name][rows] = values
+        """Put the checks of some members into their rows, those that the campaign has."""
+        of_all = of_steps(flown.simulation.integrator, cells) | also
+        for name in chunk.checks.keys() & of_all.keys():
+            chunk.checks[name][rows] = of_all[name]
 
 
 def try_key(scenario: Scenario, campaign: Campaign, key: str) -> Iterator[Scenario]:
@@ -369,6 +416,13 @@ def asks_for_alone(scenario: Scenario, campaign: Campaign) -> Asked | None:
             "attitude_error_deg depends on the modes",
             "attitude_error_deg is from the attitude that the modes hold at the time, and "
             "members flown together do not record their modes",
+        )
+    when = scenario.simulation.end_when
+    if when is not None and when.signal == "momentum_n_m_s" and scenario.spacecraft.wheels:
+        return Asked(
+            "the momentum of wheels ends them",
+            "simulation.end_when looks at the momentum of wheels, which members flown together "
+            "round otherwise",
         )
     if varied := own_environment(campaign):
         text = "members flown together share orbit, environment, ephemeris and steps"

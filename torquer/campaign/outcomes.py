@@ -3,6 +3,8 @@
 [campaign.outcomes]
 settling_s = { signal = "rate_deg_s", what = { settles_below = 1.0 } }
 sun_error_deg = { signal = { axis = [0, 0, 1], to = "sun" }, what = { mean_after_s = 6000 } }
+stopped_s = { signal = { of_start = "momentum_n_m_s" }, what = { first_below = 0.01 } }
+on_time_s = { signal = "law.on_s[0]", what = { at_end = true } }
 energy_j = { signal = "coil_energy_j" }
 
 [campaign.success]
@@ -19,11 +21,12 @@ from torquer.analysis.series import first_at, stays_from
 from torquer.base.spec import Spec
 from torquer.campaign.signals import (
     Axis,
-    Flown,
-    angle_to,
     attitude_error,
+    momentum,
     rate,
+    rate_about,
     rate_orbital,
+    wheel_momentum,
 )
 from torquer.campaign.variation import Number
 from torquer.scenario.held import always_held, why_no_attitude
@@ -31,18 +34,43 @@ from torquer.scenario.spec import Scenario
 
 #: The signal that depends on what the laws hold.
 ATTITUDE_ERROR = "attitude_error_deg"
+#: Signals that need the momentum of the wheels.
+MOMENTA = {"momentum_n_m_s": momentum, "wheel_momentum_n_m_s": wheel_momentum}
 #: Signals over time by name.
 SIGNALS = {
     "rate_deg_s": rate,
+    "rate_x_deg_s": rate_about(0),
+    "rate_y_deg_s": rate_about(1),
+    "rate_z_deg_s": rate_about(2),
     "rate_orbital_deg_s": rate_orbital,
     ATTITUDE_ERROR: attitude_error,
+    **MOMENTA,
 }
 #: Totals of a run by name: energy, and the greatest dipole of one coil.
 TOTALS = ("coil_energy_j", "peak_dipole_a_m2")
-_Name = Literal[
-    "rate_deg_s", "rate_orbital_deg_s", "attitude_error_deg", "coil_energy_j", "peak_dipole_a_m2"
-]
+_OVER_TIME = Literal[
+    "rate_deg_s", "rate_x_deg_s", "rate_y_deg_s", "rate_z_deg_s", "rate_orbital_deg_s",
+    "attitude_error_deg", "momentum_n_m_s", "wheel_momentum_n_m_s",
+]  # fmt: skip
+_Name = Literal[_OVER_TIME, "coil_energy_j", "peak_dipole_a_m2"]
+#: A number that a law or an estimator logs: KEY.NAME as results have it, with its places.
+_LogName = Annotated[str, Field(pattern=r"^[\w.]+\.\w+(\[\d+\])*$")]
 _Time = Annotated[float, Field(ge=0.0)]
+
+
+class OfStart(Spec):
+    """A signal as a fraction of its value at the start of the run."""
+
+    of_start: Annotated[
+        Annotated[_OVER_TIME, Tag("by name")] | Annotated[_LogName, Tag("of a log")],
+        Discriminator(lambda value: "of a log" if is_log(value) else "by name"),
+    ]
+    """The signal by its name; of a signal that is 0 at the start there is no fraction."""
+
+
+def is_log(signal) -> bool:
+    """Whether a signal is what a law or an estimator logs."""
+    return isinstance(signal, str) and "." in signal
 
 
 class Taken(NamedTuple):
@@ -128,21 +156,30 @@ class What(Spec):
 
 
 def _signal_kind(value) -> str:
-    return "of an axis" if isinstance(value, Mapping | Axis) else "by name"
+    if isinstance(value, OfStart) or (isinstance(value, Mapping) and "of_start" in value):
+        return "of the start"
+    if isinstance(value, Mapping | Axis):
+        return "of an axis"
+    return "of a log" if is_log(value) else "by name"
 
 
 class Outcome(Spec):
     """A number taken from a run."""
 
     signal: Annotated[
-        Annotated[_Name, Tag("by name")] | Annotated[Axis, Tag("of an axis")],
+        Annotated[_Name, Tag("by name")]
+        | Annotated[_LogName, Tag("of a log")]
+        | Annotated[Axis, Tag("of an axis")]
+        | Annotated[OfStart, Tag("of the start")],
         Discriminator(_signal_kind),
     ]
-    """Source of the number: 'rate_deg_s' (absolute rate), 'rate_orbital_deg_s' (relative to the
-    orbital frame), 'attitude_error_deg', a table with the angle of an `axis`, or a total of the
-    run: 'coil_energy_j', 'peak_dipole_a_m2' (of one coil). The error is from the attitude that the
-    scenario's laws hold. With modes these are the laws of the present states; there is no number
-    while they hold none.
+    """Source of the number: 'rate_deg_s' (absolute rate), 'rate_x_deg_s' to 'rate_z_deg_s' (about
+    an axis of the body, with its sign), 'rate_orbital_deg_s' (relative to the orbital frame),
+    'attitude_error_deg', 'momentum_n_m_s' (of body and wheels) or 'wheel_momentum_n_m_s'. Or what a
+    law or an estimator logs, by its name in results: 'law.on_s', of a vector 'law.on_s[0]'. Or a
+    table with the angle of an `axis`, or with `of_start`. Or a total of the run: 'coil_energy_j',
+    'peak_dipole_a_m2' (of one coil). The error is from the attitude that the scenario's laws hold.
+    With modes these are the laws of the present states; there is no number while they hold none.
     """
     what: What | None = None
     """Which number is taken from the signal; left out for totals of the run."""
@@ -180,6 +217,8 @@ class Threshold(Spec):
         return values < self.below if self.below is not None else values > self.above
 
 
+#: A signal of an outcome.
+AnySignal = str | Axis | OfStart
 #: Outcomes of a campaign that names none.
 DEFAULT = {
     "final_rate_deg_s": Outcome(signal="rate_deg_s", what=What(at_end=True)),
@@ -188,9 +227,29 @@ DEFAULT = {
 }
 
 
+def base_signal(signal: AnySignal) -> str | Axis:
+    """A signal, or the one that it is a fraction of."""
+    return signal.of_start if isinstance(signal, OfStart) else signal
+
+
+def log_names(outcomes: Mapping[str, Outcome]) -> dict[str, str]:
+    """The logs that outcomes are taken from, each with the first outcome that has it."""
+    found: dict[str, str] = {}
+    for name, outcome in outcomes.items():
+        signal = base_signal(outcome.signal)
+        if isinstance(signal, str) and is_log(signal):
+            found.setdefault(signal, name)
+    return found
+
+
+def needs_momentum(outcomes: Mapping[str, Outcome]) -> bool:
+    """Whether outcomes need a momentum: then `Flown` must have what is carried."""
+    return any(base_signal(outcome.signal) in MOMENTA for outcome in outcomes.values())
+
+
 def outcomes_with_series(outcomes: Mapping[str, Outcome]) -> list[str]:
     """Outcomes whose signals are kept over time: the first one of each signal."""
-    first: dict[str | Axis, str] = {}
+    first: dict[AnySignal, str] = {}
     for name, each in outcomes.items():
         if each.signal not in TOTALS:
             first.setdefault(each.signal, name)
@@ -211,14 +270,15 @@ def needs_field(outcomes: Mapping[str, Outcome]) -> bool:
 
 def needs_modes(outcomes: Mapping[str, Outcome], scenario: Scenario) -> bool:
     """Whether outcomes need the modes, on which the attitude held depends: see `Flown`."""
-    asked = any(outcome.signal == ATTITUDE_ERROR for outcome in outcomes.values())
+    asked = any(base_signal(outcome.signal) == ATTITUDE_ERROR for outcome in outcomes.values())
     return asked and always_held(scenario.control) is None
 
 
 def check_outcomes(outcomes: Mapping[str, Outcome], scenario: Scenario) -> None:
     """ValueError for an outcome that a scenario's runs cannot have."""
     for name, outcome in outcomes.items():
-        if outcome.signal == ATTITUDE_ERROR and (why := why_no_attitude(scenario.control)):
+        asked = base_signal(outcome.signal)
+        if asked == ATTITUDE_ERROR and (why := why_no_attitude(scenario.control)):
             raise ValueError(
                 f"campaign.outcomes.{name}.signal: attitude_error_deg needs built-in laws that "
                 f"hold an attitude, one at a time; received {why}"
@@ -228,60 +288,6 @@ def check_outcomes(outcomes: Mapping[str, Outcome], scenario: Scenario) -> None:
                 f"campaign.outcomes.{name}.what: must begin before the run ends at "
                 f"{scenario.length_s:g} s; received {outcome.what.after_s:g} s"
             )
-
-
-def outcome_signals(
-    outcomes: Mapping[str, Outcome], scenario: Scenario, flown: Flown
-) -> dict[str, np.ndarray]:
-    """The signals (r, n) of outcomes by the outcomes' names, none for totals.
-
-    `scenario`: what all members share is taken from it, the attitude that laws hold.
-    """
-    signals = {each.signal for each in outcomes.values()}.difference(TOTALS)
-    known = {signal: _signal(signal, scenario, flown) for signal in signals}
-    return {name: known[each.signal] for name, each in outcomes.items() if each.signal in known}
-
-
-def _signal(signal: str | Axis, scenario: Scenario, flown: Flown) -> np.ndarray:
-    if isinstance(signal, Axis):
-        return angle_to(signal, flown)
-    return SIGNALS[signal](scenario, flown)
-
-
-class Reduction:
-    """Outcomes of n members, taken from one part of their flight after another.
-
-    `kept`: numbers of the records at which `series` (n, t) of the signals are kept, by the first
-    outcome of each.
-    """
-
-    def __init__(
-        self, outcomes: Mapping[str, Outcome], scenario: Scenario, count: int, kept: np.ndarray
-    ):
-        self._outcomes, self._scenario, self._kept = outcomes, scenario, kept
-        whats = {name: each.what for name, each in outcomes.items() if each.signal not in TOTALS}
-        self._taken = {name: (what, what.begin(count)) for name, what in whats.items() if what}
-        shape = (count, len(kept))
-        kept_of = outcomes_with_series(outcomes)
-        self.series = {name: np.full(shape, np.nan, np.float32) for name in kept_of}
-
-    def add(self, rows: slice, first: int, flown: Flown) -> None:
-        """Go on with some members; `first`: number of the first of the records that come next."""
-        signals = outcome_signals(self._outcomes, self._scenario, flown)
-        here = (self._kept >= first) & (self._kept < first + len(flown.t_s))
-        for name, (what, taken) in self._taken.items():
-            what.add(taken, rows, flown.t_s, signals[name])
-        for name, series in self.series.items():
-            series[rows, here] = signals[name][self._kept[here] - first].T
-
-    def outcomes(self, totals: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """Outcomes by name, (n,) each, NaN where one has no value; `totals`: those of `TOTALS`."""
-        return {
-            name: np.array(totals[str(each.signal)], dtype=float)
-            if name not in self._taken
-            else self._taken[name][0].number(self._taken[name][1])
-            for name, each in self._outcomes.items()
-        }
 
 
 def evaluate_success(

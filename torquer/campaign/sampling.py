@@ -161,6 +161,14 @@ def _truncated_normal(variation: Variation, units: np.ndarray) -> np.ndarray:
     return np.clip(mean + sigma * standard, low, high)
 
 
+def _by_quantiles(variation: Variation, units: np.ndarray) -> np.ndarray:
+    """Linear between the quantiles that are given."""
+    shares, values = np.array(variation.quantiles).T
+    place = np.searchsorted(shares[1:-1], units[:, 0], side="right")
+    low, high = shares[place], shares[place + 1]
+    return _between(values[place], values[place + 1], (units[:, 0] - low) / (high - low))
+
+
 def _direction(variation: Variation, units: np.ndarray) -> np.ndarray:
     """Isotropic: the component along an axis is uniform (Archimedes), the azimuth too."""
     z, azimuth = 2.0 * units[:, 0] - 1.0, 2.0 * np.pi * units[:, 1]
@@ -184,6 +192,7 @@ _FORMS = {
     "log_uniform": _log_uniform,
     "normal": _normal,
     "truncated_normal": _truncated_normal,
+    "quantiles": _by_quantiles,
     "direction": _direction,
     "relative": lambda variation, units: _values(variation.relative, units),  # the factors
     "rotation": _rotation,

@@ -10,7 +10,7 @@ import xarray as xr
 from torquer.analysis.residual import find_residual
 from torquer.analysis.series import first_at, times_above
 from torquer.base.strict_json import finite_or_none
-from torquer.campaign.contents import definition, member_blocks, series_of, signal_unit
+from torquer.campaign.contents import definition, member_blocks, series_of, unit_of_signal
 from torquer.campaign.statistics import quantile
 from torquer.simulation.results.dataset import flown_scenario
 
@@ -22,7 +22,7 @@ def settling(result: xr.Dataset, name: str) -> dict | None:
     above the limit again; `within_residual`: members in whose residual motion the limit lies, and
     `residual`: the median of its ends.
     """
-    (signal_name, what), series = definition(result, name), series_of(result, name)
+    (_, what), series = definition(result, name), series_of(result, name)
     limit = what.get("settles_below")
     if limit is None or series is None:
         return None
@@ -38,7 +38,7 @@ def settling(result: xr.Dataset, name: str) -> dict | None:
     known = np.array([residual for residual in each if residual is not None])
     return {
         "below": float(limit),
-        "unit": signal_unit(signal_name),
+        "unit": unit_of_signal(result, name),
         "first_median_s": finite_or_none(quantile(np.concatenate(first_s), 0.5)),
         "again": again,
         "within_residual": len(known),

@@ -3,7 +3,7 @@
 A signal is a function `(scenario, flown)`; members share the orbit, and so all that is along it.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -21,6 +21,7 @@ from torquer.scenario.held import (
     held_over_time,
 )
 from torquer.scenario.spec import Scenario
+from torquer.simulation.results.momenta import Carried, momentum_size, wheel_momentum_size
 
 
 class Flown(NamedTuple):
@@ -46,6 +47,12 @@ class Flown(NamedTuple):
     modes: Mapping[str, np.ndarray] | None = None
     """Number of the state of each region, by region: (h + r, n), as states set what is kept later:
     all that came before, records without a change left out; None if no outcome uses it."""
+    carried: Carried | None = None
+    """None if no outcome uses a momentum."""
+    wheels_n_m_s: np.ndarray | None = None
+    """(r, n, w): momentum of each wheel relative to the body; None if no outcome uses it."""
+    logs: Mapping[str, np.ndarray] = {}
+    """What laws and estimators log (r, n), by the outcome's name for it."""
 
 
 class Axis(Spec):
@@ -74,6 +81,32 @@ def rate_orbital(scenario: Scenario, flown: Flown) -> np.ndarray:
     turning = np.cross(r, v) / np.sum(r * r, axis=1, keepdims=True)
     relative = flown.omega_body - to_body(flown.q_body_to_inertial, turning[:, None])
     return np.degrees(np.linalg.norm(relative, axis=-1))
+
+
+def rate_about(k: int) -> Callable[[Scenario, Flown], np.ndarray]:
+    """The signal of the absolute angular rate about axis k of the body [deg/s], with its sign."""
+
+    def component(scenario: Scenario, flown: Flown) -> np.ndarray:
+        return np.degrees(flown.omega_body[..., k])
+
+    return component
+
+
+def momentum(scenario: Scenario, flown: Flown) -> np.ndarray:
+    """Magnitude of the angular momentum of body and wheels [N m s]."""
+    carried, wheels = _momenta(flown)
+    return momentum_size(carried, flown.omega_body, wheels)
+
+
+def wheel_momentum(scenario: Scenario, flown: Flown) -> np.ndarray:
+    """Magnitude of the momentum of all wheels together, relative to the body [N m s]."""
+    return wheel_momentum_size(*_momenta(flown))
+
+
+def _momenta(flown: Flown) -> tuple[Carried, np.ndarray]:
+    if flown.carried is None or flown.wheels_n_m_s is None:
+        raise ValueError("carried, wheels_n_m_s: must be given for a momentum; received None")
+    return flown.carried, flown.wheels_n_m_s
 
 
 def attitude_error(scenario: Scenario, flown: Flown) -> np.ndarray:

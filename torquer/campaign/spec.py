@@ -7,7 +7,7 @@ from html import escape
 from itertools import combinations
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, WithJsonSchema, model_validator
 
 from torquer.base.spec import Spec
 from torquer.campaign.outcomes import DEFAULT, Outcome, Threshold
@@ -56,8 +56,17 @@ def _or_default(outcomes: dict[str, Outcome]) -> dict[str, Outcome]:
     return outcomes or dict(DEFAULT)
 
 
+def _runs_may_follow(schema: dict) -> None:
+    """In the schema for editors: a table's rows, or a grid's combinations, are the runs."""
+    schema["required"] = [key for key in schema["required"] if key != "runs"]
+    grid = {"properties": {"sampling": {"const": "grid"}}, "required": ["sampling"]}
+    schema["anyOf"] = [{"required": ["runs"]}, {"required": ["table"]}, grid]
+
+
 class Campaign(Spec):
     """Many runs of a scenario, with keys that vary from member to member."""
+
+    model_config = ConfigDict(json_schema_extra=_runs_may_follow)
 
     runs: int = Field(ge=1, le=_MOST_RUNS)
     """Number of members; with a `table` left out for one of each row, else at most so many."""

@@ -20,7 +20,7 @@ from torquer.base.user_code import check_unchanged
 from torquer.base.validate import as_storable
 from torquer.campaign.checks import MEANINGS, column
 from torquer.campaign.chunk_files import SUFFIX, load_chunk, save_chunk
-from torquer.campaign.contents import outcome_unit, signal_unit
+from torquer.campaign.contents import outcome_unit, unit_of_signal
 from torquer.campaign.fleet import COMPLETE, FAILED, Chunk, Fleet
 from torquer.campaign.joining import in_blocks, numbers_in, write_blocks
 from torquer.campaign.outcomes import evaluate_success
@@ -45,14 +45,8 @@ def chunk_dataset(fleet: Fleet, chunk: Chunk) -> xr.Dataset:
         if array.dtype.kind != "M":  # the units of instants are those of the file
             about["units"] = key_unit(key.rpartition(".")[2])
         variables[key] = (dims, array, about)
-    for name, outcome in campaign.outcomes.items():
-        definition = {"signal": _json(outcome.signal), "what": _json(outcome.what)}
-        variables[name] = ("member", chunk.outcomes[name], {"role": "outcome", **definition})
-        if name in chunk.series:
-            named = outcome.signal if isinstance(outcome.signal, str) else definition["signal"]
-            dims, about = ("member", "time"), {"role": "series", "long_name": named}
-            about["units"] = signal_unit(outcome.signal)
-            variables[f"series.{name}"] = (dims, chunk.series[name], about)
+    for name in campaign.outcomes:
+        variables |= _outcome_variables(fleet, chunk, name)
     for name, values in chunk.checks.items():
         unit, meaning = MEANINGS[name]
         about = {"role": "check", "units": unit, "long_name": meaning}
@@ -67,7 +61,23 @@ def chunk_dataset(fleet: Fleet, chunk: Chunk) -> xr.Dataset:
     made = xr.Dataset(variables, coordinates, campaign_attributes(fleet))
     for name in campaign.outcomes:
         made[name].attrs["units"] = outcome_unit(made, name)
+        if name in chunk.series:
+            made[f"series.{name}"].attrs["units"] = unit_of_signal(made, name)
     return made
+
+
+def _outcome_variables(fleet: Fleet, chunk: Chunk, name: str) -> dict:
+    """An outcome, and its signal over time if it is kept."""
+    outcome = fleet.campaign.outcomes[name]
+    definition = {"signal": _json(outcome.signal), "what": _json(outcome.what)}
+    if unit := fleet.log_units.get(outcome.signal):
+        definition["signal_units"] = unit
+    found = {name: ("member", chunk.outcomes[name], {"role": "outcome", **definition})}
+    if name in chunk.series:
+        named = outcome.signal if isinstance(outcome.signal, str) else definition["signal"]
+        about = {"role": "series", "long_name": named}
+        found[f"series.{name}"] = (("member", "time"), chunk.series[name], about)
+    return found
 
 
 def _json(value) -> str:

@@ -84,6 +84,25 @@ def _positive_bounds(value):
     return low, high
 
 
+def _quantile_table(value):
+    """Pairs (share, value) that rise from the share 0 to 1."""
+    pairs = validate.finite("quantiles", value)
+    if pairs.ndim != 2 or pairs.shape[1] != 2 or len(pairs) < 2:
+        raise ValueError(
+            f"quantiles: must be pairs [share, value], two or more; received {value!r}"
+        )
+    shares, values = pairs.T
+    if not (shares[0] == 0.0 and shares[-1] == 1.0 and np.all(np.diff(shares) > 0.0)):
+        raise ValueError(
+            f"quantiles: must have shares that rise from 0 to 1; received {shares.tolist()}"
+        )
+    if np.any(np.diff(values) < 0.0):
+        raise ValueError(
+            f"quantiles: must have values that do not fall; received {values.tolist()}"
+        )
+    return as_numbers(pairs)
+
+
 class Normal(Spec):
     """A normal distribution, of each component independently if one of the two is a vector."""
 
@@ -156,6 +175,10 @@ class Variation(Spec):
     """A normal distribution."""
     truncated_normal: TruncatedNormal | None = None
     """A normal distribution within bounds."""
+    quantiles: Annotated[Any, AfterValidator(_quantile_table)] = None
+    """A distribution of your own, of a number: pairs [share of the members, value that they do not
+    exceed] with rising shares from 0 to 1, between which the value goes in a straight line.
+    """
     direction: Literal["uniform"] | None = None
     """A vector of isotropic direction, whose length is the `magnitude`."""
     magnitude: Annotated["Variation | None", BeforeValidator(_as_variation)] = None

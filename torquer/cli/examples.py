@@ -24,7 +24,10 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "torquer campaign compare runs/a runs/b",
     ),
     "campaign join": ("torquer campaign join runs/part-1 runs/part-2 --out runs/whole",),
-    "campaign compare": ("torquer campaign compare runs/a runs/b --out runs/a-and-b",),
+    "campaign compare": (
+        "torquer campaign compare runs/a runs/b --out runs/a-and-b",
+        "torquer campaign compare runs/a runs/b runs/c",
+    ),
     "compare": (
         "torquer compare runs/gain_low runs/gain_high",
         "torquer compare runs/a/result.nc runs/b/result.nc runs/c/result.nc --out runs/three",

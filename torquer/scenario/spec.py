@@ -24,6 +24,7 @@ from torquer.environment.orbit import AnyOrbit
 from torquer.maths.geometry.frames import argument_of_latitude
 from torquer.scenario.change import with_values
 from torquer.scenario.control import MOST_STEPS, Control, Positive, common_divisor, whole_steps
+from torquer.scenario.ending import EndWhen
 from torquer.scenario.initial import InitialMotion
 from torquer.scenario.mission import Mission
 from torquer.scenario.resolution import check_step, speeds_at_start
@@ -154,6 +155,8 @@ class Simulation(Spec):
     """Attitude error that adaptive steps may add in each orbital revolution."""
     max_step_s: float | None = Field(default=None, ge=1e-3)
     """Longest adaptive step; left out: no limit."""
+    end_when: EndWhen | None = None
+    """Condition that ends the run before its time; left out: none."""
 
     @model_validator(mode="before")
     @classmethod

@@ -1,10 +1,12 @@
-"""`torquer campaign`: many runs of a scenario with varied keys; comparison of two campaigns."""
+"""`torquer campaign`: many runs of a scenario with varied keys; comparison of campaigns."""
 
 import contextlib
 import re
 import signal
 import sys
+from functools import partial
 from pathlib import Path
+from string import ascii_uppercase
 from typing import Annotated
 
 from cyclopts import App, Parameter
@@ -287,37 +289,58 @@ def _progress(name: str):
 def compare(
     a: Path,
     b: Path,
-    *,
+    *more: Path,
     out: Annotated[
         Path | None, Parameter(help="Folder for the report and its pictures [not written].")
     ] = None,
     json: Json = False,
 ) -> int:
-    """Compare the results of two campaigns, A and B, given by their folders or campaign.nc files.
+    """Compare the results of two to six campaigns, given by their folders or campaign.nc files.
 
-    Means, quantiles and success rates with intervals, their differences, and rank tests.
+    Means, quantiles and success rates with intervals, their differences from those of A, and rank
+    tests.
     """
-    from torquer.campaign.comparison import comparison
-    from torquer.report.campaign.tables import about_comparison, comparison_grid
-
-    results = _result_in(a, "A"), _result_in(b, "B")
-    with explain_errors(f"{a}, {b}"):
-        found = comparison(*results)
+    paths = (a, b, *more)
+    results = [
+        _result_in(path, letter) for path, letter in zip(paths, ascii_uppercase, strict=False)
+    ]
+    with explain_errors(", ".join(map(str, paths))):
+        found, grid, about, write = (_two if len(paths) == 2 else _several)(results)
     if out is not None:
-        from torquer.report.campaign import compare_campaigns
-
         make_writable(out)
         with writing_to(out):
-            compare_campaigns(*results, out)
+            write(out)
     if json:
         print(json_text(found))
         return 0
     screen = table_console(_WIDTH)
-    screen.print(table(*comparison_grid(found)))
-    screen.print(about_comparison(found))
+    screen.print(table(*grid))
+    screen.print(about)
     if out is not None:
         print(f"{out}: report.html, plots/")
     return 0
+
+
+def _two(results) -> tuple:
+    """What two campaigns differ in: data, table, how to read it, what writes the report."""
+    from torquer.campaign.comparison import comparison
+    from torquer.report.campaign import compare_campaigns
+    from torquer.report.campaign.tables import about_comparison, comparison_grid
+
+    found = comparison(*results)
+    write = partial(compare_campaigns, *results)
+    return found, comparison_grid(found), about_comparison(found), write
+
+
+def _several(results) -> tuple:
+    """The same of more."""
+    from torquer.campaign.several import compare_several
+    from torquer.report.campaign import compare_several_campaigns
+    from torquer.report.campaign.several import about_several, several_grid
+
+    found = compare_several(results)
+    write = partial(compare_several_campaigns, results)
+    return found, several_grid(found), about_several(found), write
 
 
 def _result_in(path: Path, name: str):

@@ -1,5 +1,6 @@
 """The report on a campaign: distributions, bands over time, correlations, one HTML page."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import xarray as xr
@@ -40,3 +41,15 @@ def compare_campaigns(a: xr.Dataset, b: xr.Dataset, out: Path) -> list[Path]:
     pictures = draw_compared(a, b, found, folder / "plots")
     page = write_compared(a, b, found, folder / "report.html")
     return [page, *pictures.values()]
+
+
+def compare_several_campaigns(results: Sequence[xr.Dataset], out: Path) -> list[Path]:
+    """The same of two to six campaigns, each against the first."""
+    from torquer.campaign.contents import independent
+    from torquer.campaign.several import compare_several
+    from torquer.report.campaign.several import write_several
+    from torquer.simulation.results.file import own_folder
+
+    folder, found = Path(out), compare_several(results)
+    own_folder(folder / "plots")
+    return write_several([independent(each) for each in results], found, folder)

@@ -1,12 +1,10 @@
 """A signal over time: percentile bands of all members, and the worst member."""
 
-import json
-
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from torquer.campaign.contents import failed_in, member_numbers, names_by_role, signal_unit
+from torquer.campaign.contents import failed_in, member_numbers, names_by_role, unit_of_signal
 from torquer.report.campaign.shared import axis_label, in_words, is_wide, literal
 from torquer.report.common.colours import BLUE, ORANGE, PINK, RED
 from torquer.report.common.figure import SMALL, legend, place, quiet, sheet
@@ -111,7 +109,7 @@ def draw_bands_on(axes, result: xr.Dataset, summary: dict, names: list[str]) -> 
 def series_unit(result: xr.Dataset, name: str) -> str:
     """Unit of the signal that an outcome is taken from."""
     known = name in result and "signal" in result[name].attrs
-    return signal_unit(json.loads(result[name].attrs["signal"])) if known else ""
+    return unit_of_signal(result, name) if known else ""
 
 
 def worst_lines(result: xr.Dataset, summary: dict, names: list[str]) -> list[tuple[int, str, str]]:

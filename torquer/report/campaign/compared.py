@@ -2,25 +2,22 @@
 
 from pathlib import Path
 
-import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from torquer.campaign.contents import missing_as_worst
 from torquer.campaign.summary import percent
 from torquer.report.campaign.interactive import cdf_figure, difference_figure
-from torquer.report.campaign.shared import axis_label, is_wide, literal, steps
+from torquer.report.campaign.several import draw_cdf
+from torquer.report.campaign.shared import axis_label
 from torquer.report.campaign.tables import (
     about_comparison,
     campaign_labels,
     comparison_grid,
 )
 from torquer.report.common.colours import BLUE, ORANGE
-from torquer.report.common.figure import INK, SMALL, foot, legend, place, quiet, save_figures, sheet
+from torquer.report.common.figure import INK, foot, place, quiet, save_figures, sheet
 from torquer.report.common.html import card, cards
 from torquer.simulation.results.file import put
-
-_COLOURS = (BLUE, ORANGE)
 
 
 def draw_compared(a: xr.Dataset, b: xr.Dataset, found: dict, folder: Path) -> dict[str, Path]:
@@ -32,29 +29,8 @@ def draw_compared(a: xr.Dataset, b: xr.Dataset, found: dict, folder: Path) -> di
 
 def _draw_cdf(a: xr.Dataset, b: xr.Dataset, found: dict, name: str) -> Figure | None:
     """Distribution functions in one picture; None if no member has a value."""
-    values = [missing_as_worst(each, name) for each in (a, b)]
-    known = np.concatenate([each[np.isfinite(each)] for each in values])
-    if not len(known):
-        return None
-    figure = sheet(7.2, 3.6, name)
-    axes = place(figure, 0.75, 0.75, 6.2, 2.2)
-    quiet(axes)
-    handles = []
-    for each, label, colour in zip(values, campaign_labels(found), _COLOURS, strict=True):
-        if np.isfinite(each).any():
-            handles += axes.plot(*steps(each), color=colour, lw=1.5, drawstyle="steps-post",
-                                 label=literal(_short(label)))  # fmt: skip
-    axes.set_xscale("log" if is_wide(known) else "linear")
-    axes.set_ylim(0.0, 1.02)
-    axes.set_ylabel("share of members", fontsize=SMALL)
     unit = found["summaries"][0]["outcomes"][name]["unit"]
-    axes.set_xlabel(axis_label(name, unit), fontsize=SMALL)
-    legend(axes, handles)
-    return figure
-
-
-def _short(text: str) -> str:
-    return text if len(text) <= 40 else f"{text[:39]}…"
+    return draw_cdf((a, b), campaign_labels(found), name, unit)
 
 
 def find_differences(found: dict) -> dict[str, tuple]:
@@ -122,7 +98,7 @@ def write_compared(a: xr.Dataset, b: xr.Dataset, found: dict, path: Path) -> Pat
 
 def _distribution(a: xr.Dataset, b: xr.Dataset, found: dict, name: str) -> dict:
     each = found["summaries"][0]["outcomes"][name]
-    figure = cdf_figure(a, b, campaign_labels(found), name, each["unit"])
+    figure = cdf_figure((a, b), campaign_labels(found), name, each["unit"])
     words = f"Distribution functions of {name}."
     shown = {"figure": figure, "words": words} if figure else {"line": "No member has a value."}
     return card(f"cdf_{name}", name, each["definition"], shown)

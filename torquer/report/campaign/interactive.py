@@ -1,6 +1,7 @@
 """The pictures of a campaign as plotly figures: the same numbers, light or dark."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
@@ -224,16 +225,16 @@ def convergence_figure(name: str, counts, found: np.ndarray, result, summary: di
 
 
 def cdf_figure(
-    a: xr.Dataset, b: xr.Dataset, labels: list[str], name: str, unit: str
+    results: Sequence[xr.Dataset], labels: list[str], name: str, unit: str
 ) -> dict | None:
-    """Distribution functions of an outcome in two campaigns; None if no member has a value."""
-    values = [missing_as_worst(each, name) for each in (a, b)]
+    """Distribution functions of an outcome in campaigns; None if no member has a value."""
+    values = [missing_as_worst(each, name) for each in results]
     known = np.concatenate([each[np.isfinite(each)] for each in values])
     if not len(known):
         return None
     data = [
         line(*steps(each), label, colour, 2.0, line={"shape": "hv"})
-        for each, label, colour in zip(values, labels, (BLUE, ORANGE), strict=True)
+        for each, label, colour in zip(values, labels, RUNS, strict=False)
         if np.isfinite(each).any()
     ]
     x_axis = axis(axis_label(name, unit), type=_scale(known), hoverformat=".4~g")

@@ -99,7 +99,7 @@ def category_grid(found: dict) -> Grid:
         medians = [
             f"{value_text(m)} ({value_text(low)} to {value_text(high)})" for m, low, high in of
         ]
-        rows.append((each["value"], str(each["members"]), _rate(each["success"]), *medians))
+        rows.append((each["value"], str(each["members"]), rate_text(each["success"]), *medians))
     tests = (SUCCESS, *names) if SUCCESS in found["tests"] else names
     told = [test_text(found["tests"][name]) for name in tests]
     return head, [*rows, ("", "", *([""] * (len(names) + 1 - len(told))), *told)]
@@ -184,7 +184,7 @@ def comparison_grid(found: dict) -> Grid:
 
 
 def _success_rows(found: dict) -> list[tuple[str, ...]]:
-    rates = [_rate(each["success"]) for each in found["summaries"]]
+    rates = [rate_text(each["success"]) for each in found["summaries"]]
     if (success := found["success"]) is None:
         return [("success rate", *rates, "")] if any(rates) else []
     low, high = success["interval"]
@@ -192,7 +192,8 @@ def _success_rows(found: dict) -> list[tuple[str, ...]]:
     return [("success rate", *rates, difference), _test_row(success["test"])]
 
 
-def _rate(success: dict | None) -> str:
+def rate_text(success: dict | None) -> str:
+    """A success rate with its interval; "" where there is none."""
     if success is None or success["rate"] is None:
         return ""
     low, high = success["interval"]

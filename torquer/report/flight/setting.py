@@ -26,7 +26,7 @@ def setting(view: View) -> list[tuple[str, str]]:
             cycle += ", with control steps during actuation"
     degree = getattr(scenario.environment.field, "degree", None)
     return [
-        ("Ended", attrs["ended"]),
+        ("Ended", attrs["ended"] + (f", by {attrs['ended_by']}" if "ended_by" in attrs else "")),
         ("Start", f"{scenario.start:%Y-%m-%d %H:%M:%S} UTC"),
         (
             "Orbit",

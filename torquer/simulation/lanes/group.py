@@ -15,7 +15,13 @@ from torquer.simulation.lanes.wheels import drive_wheels, own_space, same_alloca
 from torquer.simulation.loop.computers import Boards, make_boards, same_computers, sensed_places
 from torquer.simulation.loop.members import END, RUNNING, STREAMS, Many
 from torquer.simulation.loop.state import AT_CELLS, CELLS, LOCAL_CELLS, Plan
-from torquer.simulation.loop.step import NO_READERS, Loop, run_steps, with_readers
+from torquer.simulation.loop.step import (
+    NO_READERS,
+    Loop,
+    record_together,
+    run_steps,
+    with_readers,
+)
 from torquer.simulation.propagate.adaptive import Auto
 from torquer.simulation.propagate.fixed_steps import Rk4, Splitting
 from torquer.simulation.propagate.interval import IN_LANES, LOOK_ONLY, Problem, propagate
@@ -27,15 +33,32 @@ _MOTION = 7
 #: Records of members that are in memory at most, and pieces that are kept.
 RECORDS, PIECES = 2048, 64
 #: Is given what members have flown: their rows, the number of the first record, attitudes and rates
-#: (r, 7, n) at the records from there on.
-Take = Callable[[slice, int, np.ndarray], None]
+#: (r, 7, n) at the records from there on; with `Kept`, what it names in further places.
+#: It answers whether these members need not be flown on.
+Take = Callable[[slice, int, np.ndarray], bool | None]
+
+
+class Kept(NamedTuple):
+    """What is recorded of members beside their motion.
+
+    `memory`: cells of the memory of laws and estimators; `cells`: names of `CELLS`; `wheels`:
+    whether the momentum of each wheel. It follows the motion in this order.
+    """
+
+    memory: tuple[int, ...] = ()
+    cells: tuple[str, ...] = ()
+    wheels: bool = False
+
+
+#: The motion alone.
+MOTION_ALONE = Kept()
 
 
 class FlownLanes(NamedTuple):
     """What members flew in lanes, and how they ended."""
 
     motion: np.ndarray
-    """(r, 7, n): attitude and rate at the records"""
+    """(r, 7, n): attitude and rate at the records, and in further places what `Kept` names"""
     cells: np.ndarray
     """(n,) of `CELLS`: their states at the end"""
     failed: np.ndarray
@@ -112,19 +135,28 @@ def first_rate(numbers: np.ndarray) -> float:
 
 
 class Lanes:
-    """What all members of a group share: plan, compiled laws, layouts."""
+    """What all members of a group share: plan, compiled laws, layouts; `kept`: what is recorded."""
 
-    def __init__(self, run: Run, pieces: Pieces):
+    def __init__(self, run: Run, pieces: Pieces, kept: Kept = MOTION_ALONE):
         self.run, self.pieces = run, pieces
         self.packed = pack_member(run.plan.plant, run.dynamics, run.state)
         computer = run.plan.computer
         has_modes, in_c = len(computer.modes.regions) > 0, run.library is not None
         selects, restarts = len(computer.selection.kinds) > 0, run.scenario.control.restarts()
         self._one_by_one = estimates(computer) or has_modes or in_c or selects or restarts
-        self.plan = run.plan
+        self.plan = run.plan._replace(log_cells=self._places(kept))
+        wheels = len(run.state.rotors) if kept.wheels else 0
+        self._width = _MOTION + len(self.plan.log_cells) + wheels
         if not self._one_by_one:
             self._laws = [law_in_lanes(law) for law in run.blocks.laws.values()]
-            self.plan = run.plan._replace(computer=self._computer(run.plan.computer))
+            self.plan = self.plan._replace(computer=self._computer(run.plan.computer))
+
+    def _places(self, kept: Kept) -> np.ndarray:
+        """Where what is recorded stands in a lane; below 0: in the memory of a board."""
+        memory_at = self.packed.parameters_at + len(self.run.state.board.parameters)
+        memory = [-1 - k if self._one_by_one else memory_at + k for k in kept.memory]
+        cells = [CELLS_AT + CELLS.names.index(name) for name in kept.cells]
+        return np.array(memory + cells, np.int64)
 
     def _computer(self, computer: Computer) -> Computer:
         """The computer with the laws for lanes, and the places of their cells there."""
@@ -179,7 +211,7 @@ class Lanes:
     def fly(self, numbers: np.ndarray, seeds: np.ndarray) -> FlownLanes:
         """Fly members (n, size), with their whole motion in memory."""
         records = self.run.steps // self.plan.record_steps + 1
-        motion = np.zeros((records, _MOTION, len(numbers)))
+        motion = np.zeros((records, self._width, len(numbers)))
 
         def keep(rows: slice, first: int, part: np.ndarray) -> None:
             motion[first : first + len(part), :, rows] = part
@@ -198,11 +230,14 @@ class Lanes:
         run, plan = self.run, self.plan
         parts = [slice(k, min(k + LANES, len(numbers))) for k in range(0, len(numbers), LANES)]
         batches = [self._batch(rows, numbers[rows], seeds[rows]) for rows in parts]
-        kept = np.zeros((min(run.steps // plan.record_steps + 1, RECORDS), _MOTION, LANES))
+        rows = min(run.steps // plan.record_steps + 1, RECORDS)
+        kept = np.zeros((rows, self._width, LANES))
+        flying = batches
         for first in range(0, run.steps, run.piece_steps):
+            if not flying:
+                break
             piece = self.pieces.at(first)
-            for batch in batches:
-                self._fly_piece(batch, piece, kept, take)
+            flying = [batch for batch in flying if self._fly_piece(batch, piece, kept, take)]
         states = [_states(each) for each in batches]
         failed = [each.members.ends["how"][: _count(each)] != RUNNING for each in batches]
         return np.concatenate(states), np.concatenate(failed)
@@ -233,9 +268,11 @@ class Lanes:
             *(self._boards(numbers[fill]), at, local),
         )
 
-    def _fly_piece(self, batch: _Batch, piece: Piece, kept: np.ndarray, take: Take) -> None:
-        """Fly on to the end of a piece; `kept`: place for records, each at its number modulo its
-        length."""
+    def _fly_piece(self, batch: _Batch, piece: Piece, kept: np.ndarray, take: Take) -> bool:
+        """Fly on to the end of a piece; whether members are to fly on.
+
+        `kept`: place for records, each at its number modulo its length.
+        """
         run, plan, at, count = self.run, batch.plan, batch.at, _count(batch)
         problem = Arguments(
             Problem(
@@ -257,12 +294,22 @@ class Lanes:
                     raise KeyboardInterrupt
                 run_steps(arguments, last)
             records = np.arange(first // plan.record_steps, -(-last // plan.record_steps))
-            take(batch.rows, int(records[0]), kept[records % len(kept), :, :count])
+            if take(batch.rows, int(records[0]), kept[records % len(kept), :, :count]):
+                return False
         if piece.last == run.steps:
             propagate(problem, run.steps, run.steps, LOOK_ONLY)
             if run.steps % plan.record_steps == 0:
-                motion = _lanes_of(batch)[:count, :_MOTION].T
-                take(batch.rows, run.steps // plan.record_steps, motion[None].copy())
+                self._take_end(batch, arguments, kept, take)
+        return True
+
+    def _take_end(self, batch: _Batch, arguments: Arguments, kept: np.ndarray, take: Take) -> None:
+        """Give away the record at the end, which the loop does not reach."""
+        number, count = self.run.steps // self.plan.record_steps, _count(batch)
+        last = _lanes_of(batch)[:, :_MOTION].T
+        if self._width > _MOTION:
+            record_together(arguments, self.run.steps)
+            last = kept[number % len(kept)]
+        take(batch.rows, number, last[None, :, :count].copy())
 
 
 def _count(batch: _Batch) -> int:

@@ -7,6 +7,7 @@ from numba.extending import overload
 
 from torquer.compile.arguments import Entry, record_at
 from torquer.compile.engine import kernel
+from torquer.compile.lanes import LANES
 from torquer.compile.numba_private import INLINED_OPTIONS
 from torquer.computer.interface import GYRO, MAGNETOMETER, SUN_SENSORS, reading3
 from torquer.simulation.loop.members import One, member_in
@@ -48,8 +49,8 @@ def record_row(plan, state, coils, step, record):
         record.known[number] = known
 
 
-def record_members(members, plan, step, record):
-    """Record this instant: of one satellite a row, of several their attitudes and rates.
+def record_members(members, plan, step, record, boards):
+    """Record this instant: of one satellite a row, of several what `_record_members` says.
 
     Each at its number modulo the length of the record.
     """
@@ -58,18 +59,34 @@ def record_members(members, plan, step, record):
 
 
 @overload(record_members, jit_options=INLINED_OPTIONS)
-def _record_members(members, plan, step, record):
+def _record_members(members, plan, step, record, boards):
+    """Of several: attitude, rate, the numbers at `plan.log_cells`, and, as far as there is room,
+    the momentum of each wheel. A place below 0 is one in the memory of a board, -1 the first."""
     if members.instance_class is One:
         return record_members
 
-    def in_lanes(members, plan, step, record):
-        place = step // plan.record_steps % record.shape[0]
+    def in_lanes(members, plan, step, record, boards):
+        place, cells = step // plan.record_steps % record.shape[0], plan.log_cells
         for lane in range(members.lanes):
             x = read_motion(member_in(members, lane).state.cells)
             for k in range(4):
                 record[place, k, lane] = x.q[k]
             for k in range(3):
                 record[place, 4 + k, lane] = x.omega[k]
+        for k in range(cells.shape[0]):
+            cell = cells[k]
+            for lane in range(members.lanes):
+                if cell >= 0:
+                    record[place, 7 + k, lane] = members.cells[cell * LANES + lane]
+                else:
+                    record[place, 7 + k, lane] = boards.all.memory[lane, -1 - cell]
+        first = 7 + cells.shape[0]
+        for k in range(record.shape[1] - first):
+            for lane in range(members.lanes):
+                member = member_in(members, lane)
+                rows, state = member.constants.rotors.rows, member.state
+                omega = read_motion(state.cells).omega
+                record[place, first + k, lane] = relative_momentum(rows, state.rotors, omega, k)
 
     return in_lanes
 

@@ -131,7 +131,8 @@ SENSOR = np.dtype(
 #: the coils [J], greatest dipole of one; what RK4 did by itself: damping of oscillations, lag of
 #: the rotation; adaptive steps: next one to try, of orders 8 and 5; shortest, their number, sums
 #: of their errors; what the coils go to (`Goal`); the dipole that the computer has set, and the one
-#: that it believes to have been reached at the last control step.
+#: that it believes to have been reached at the last control step; for the condition that ends the
+#: run (`torquer.simulation.setup.ending`), its signal at the start, and since when it holds.
 CELLS = _record(
     *("q_x", "q_y", "q_z", "q_w"),
     *_xyz("omega", "dipole", "torque"),
@@ -140,6 +141,7 @@ CELLS = _record(
     *_xyz("goal"),
     *("goal_power_w", "goal_greatest_a_m2"),
     *_xyz("set", "reached"),
+    *("start_signal", "holds_since_s"),
 )
 #: What is kept of an instant: attitude, rate, dipole, last readings, last command.
 ROW = _record(

@@ -65,7 +65,7 @@ class Loop(NamedTuple):
 
     `at`: steps done, how far the control step has come, bits of readings that are not taken.
     `local`: field and gravity-gradient vector at that step, which `propagate` keeps up to date.
-    `record`: of one satellite a `Record`; of several, attitudes and rates (rows, 7, LANES).
+    `record`: of one satellite a `Record`; of several, numbers of each (rows, 7 or more, LANES).
     `readers`: addresses of what reads the devices that not every satellite has; `drive_wheels`,
     `propagate`: of these functions; `problem`: of what the last takes.
     """
@@ -257,7 +257,7 @@ def _run_steps(address, last):
                 number, cycle = 0, cycle + timetable.cycle_steps
             due = cycle + timetable.rows[number].step
         if step == to_record:
-            record_members(members, plan, step, loop.record)
+            record_members(members, plan, step, loop.record, loop.boards)
             to_record += plan.record_steps
             look = LOOK
         until = min(due, to_record, last)
@@ -272,3 +272,14 @@ def _run_steps(address, last):
 
 #: `(address of a Loop, last) -> how it ended`, from Python.
 run_steps = Entry(_run_steps, 1)
+
+
+def _record_together(address, step):
+    """Record this instant of several members, which the loop itself does not reach."""
+    loop = record_at(address)
+    record_members(loop.members, loop.plan, step, loop.record, loop.boards)
+    return 0
+
+
+#: `(address of a Loop, step)`, from Python.
+record_together = Entry(_record_together, 1)

@@ -274,6 +274,7 @@ def _attributes(run: Run, how: str, ended: str) -> dict:
         **law_attributes(run),
         **part_attributes(run),
         **_uplinked_attribute(run),
+        **_ended_by(run),
         "seed": str(run.scenario.seed),
         "how_it_ended": how,
         "ended": ended,
@@ -340,6 +341,13 @@ def _uplinked_attribute(run: Run) -> dict[str, str]:
     """Models of the ephemeris that were given in flight: times and models, as JSON."""
     rows = [(each.from_s, each.models.model_dump(mode="json")) for each in run.uplinked]
     return {"uplinked": json.dumps(rows)} if rows else {}
+
+
+def _ended_by(run: Run) -> dict[str, str]:
+    """The condition that ended a run before its time."""
+    when = run.scenario.simulation.end_when
+    early = when is not None and run.steps < run.scenario.steps()
+    return {"ended_by": when.in_words} if when is not None and early else {}
 
 
 def uplinked_in(result: xr.Dataset) -> tuple[Uplink, ...]:

@@ -247,6 +247,7 @@ ATTRIBUTES = {
     "seed": "seed of all random numbers",
     "how_it_ended": "complete, stopped, interrupted or failed",
     "ended": "how the run ended in full, with the time and the reason",
+    "ended_by": "the condition `simulation.end_when` that ended the run before its time, in words",
     "versions": "versions of torquer, Python and the libraries that the bits depend on, as JSON",
     "processor": "kind of processor that the code was compiled for",
     "table_relative_error": "proven bound on the relative error of the tabulated environment",

@@ -71,7 +71,7 @@ def _advance(
     run: Run, last: int, progress: Callable[[float], None] | None, checkpoints: Checkpoints
 ) -> str:
     signals, steps = noted_signals(), _FIRST_STEPS
-    while (done := int(run.state.at[0])) < last:
+    while (done := int(run.state.at[0])) < min(last, run.steps):
         if signals.asked:
             raise KeyboardInterrupt
         begun_s = time.perf_counter()

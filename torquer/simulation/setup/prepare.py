@@ -368,6 +368,7 @@ def first_state(
     cells = records(np.zeros(1, CELLS))
     cells["next_step_s"] = cells["slow_step_s"] = _FIRST_STEP_S
     cells["least_step_s"] = np.inf
+    cells["start_signal"] = cells["holds_since_s"] = np.nan
     motion = first_motion(scenario, r_m, v_m_s)
     coils, goal = _first_coils(plan.plant.coils)
     cells = put_numbers(put_numbers(cells, 0, motion), CELLS.names.index("goal_x"), array_of(goal))

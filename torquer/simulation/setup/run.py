@@ -27,6 +27,7 @@ from torquer.simulation.loop.members import (
 from torquer.simulation.loop.record import Instant, record_instant
 from torquer.simulation.loop.state import LOCAL_CELLS, Dynamics, Plan, ReadingTables, Record, State
 from torquer.simulation.loop.step import (
+    BETWEEN,
     NO_READERS,
     SENSED,
     Loop,
@@ -41,6 +42,7 @@ from torquer.simulation.propagate.adaptive import Auto
 from torquer.simulation.propagate.fixed_steps import Rk4, Splitting
 from torquer.simulation.propagate.forces import EnvironmentTables
 from torquer.simulation.propagate.interval import LOOK_ONLY, Problem, propagate
+from torquer.simulation.setup.ending import ends_now
 from torquer.simulation.setup.own_functions import needs_of_own
 from torquer.simulation.setup.prepare import (
     choose_integrator,
@@ -208,12 +210,27 @@ class Run:
         self._made_ready()
 
     def advance_to(self, last: int) -> int:
-        """Run on to a step; return how it ended."""
+        """Run on to a step, or to where the scenario's condition ends it; return how it ended."""
         ended = RUNNING
-        while ended == RUNNING and self.state.at[0] < last:
+        while ended == RUNNING and self.state.at[0] < min(last, self.steps):
+            to = self._next_look(last)
+            if self.state.at[0] == self.steps:
+                break
             self.enter()
-            ended = self._call(min(last, self.piece.last))
+            ended = self._call(min(to, self.piece.last))
         return ended
+
+    def _next_look(self, last: int) -> int:
+        """How far the run may go on; where it has ended by its condition it has no more steps."""
+        when, step = self.scenario.simulation.end_when, int(self.state.at[0])
+        if when is None:
+            return last
+        record_steps = self.plan.record_steps
+        if step % record_steps == 0 and self.state.at[1] == BETWEEN:
+            parts = self.state, self.dynamics, self.plan.plant.rotors
+            if ends_now(when, self.now_s, *parts):
+                self.steps = step
+        return min(last, step + record_steps - step % record_steps)
 
     def _call(self, last: int) -> int:
         """Let the loop run on within the piece."""
