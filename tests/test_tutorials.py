@@ -100,7 +100,7 @@ UNSHOWN = {
     *(("ground", 13), ("ground", 14), ("ground", 17)),
     ("from-simulation-to-flight", 8),
     *(("smoothing", 0), ("smoothing", 2), ("wheel-layout", 5)),
-    *(("wheels-in-flight", 0), ("wheels-in-flight", 2)),
+    *(("wheels-in-flight", 0), ("wheels-in-flight", 2), ("wheels-in-flight", 6)),
     *(("your-own-law", 2), ("your-own-law", 5)),
 }
 
