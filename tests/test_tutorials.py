@@ -100,7 +100,7 @@ UNSHOWN = {
     *(("ground", 13), ("ground", 14), ("ground", 17)),
     ("from-simulation-to-flight", 8),
     *(("smoothing", 0), ("smoothing", 2), ("wheel-layout", 5)),
-    *(("wheels-in-flight", 0), ("wheels-in-flight", 2)),
+    *(("wheels-in-flight", 0), ("wheels-in-flight", 2), ("wheels-in-flight", 6)),
     *(("your-own-law", 2), ("your-own-law", 5)),
 }
 
@@ -137,6 +137,7 @@ TOML = {
     ("wheels-in-flight", 1): ("shows", "examples/wheels_in_flight.toml"),
     ("wheels-in-flight", 3): ("shows", "examples/turn_to_the_sun.toml"),
     ("wheels-in-flight", 4): ("shows", "examples/turn_to_the_sun.toml"),
+    ("wheels-in-flight", 5): ("shows", "examples/looks_at_a_station.toml"),
     ("your-own-law", 1): ("shows", "examples/my_law.toml"),
     ("your-own-law", 4): ("changes", "examples/wheels_in_flight.toml", "my_satellite.toml"),
 }

@@ -44,7 +44,9 @@ WHEELS = {
 }  # fmt: skip
 KINDS = ("nan", "infinite")
 BUILT_IN = [kind for kind in LAWS if kind not in ("user", "off")]
-ON_WHEELS = ("wheel_pd", "wheel_lyapunov", "wheel_one_axis", "bias_momentum", "unloading")
+ON_WHEELS = (
+    "wheel_pd", "wheel_lyapunov", "wheel_one_axis", "wheel_tracking", "bias_momentum", "unloading",
+)  # fmt: skip
 #: What a law declares that takes a sensor.
 NEED = {
     "magnetometer": "magnetometer", "gyro": "rate", "sun_sensors": "sun",

@@ -36,6 +36,7 @@ OF_THE_BODY = {
     "axis": (0.0, 0.0, 1.0),
     "first_coil": None,
     "turning_axis": (1.0, 0.0, 0.0),
+    "second_axis": None,
     "pitch_axis": (0.0, 1.0, 0.0),
     "inertia_kg_m2": None,
     "wanted_momentum_n_m_s": (0.0, 0.0, 0.0),

@@ -61,6 +61,43 @@ def test_nothing_is_asked_below_the_dead_band():
         assert np.linalg.norm(ask(row(b, h))) > 1.0
 
 
+def test_it_begins_at_one_size_and_ends_below_another():
+    """The same excess is left alone while it grows, and taken while it falls."""
+    keys = {"dead_band_n_m_s": 0.2, "begin_n_m_s": 0.6, "wanted_momentum_n_m_s": (0.0, 0.0, 1.0)}
+    ask = machine(Unloading(gain_per_s=1e-3, **keys))
+    at_once = machine(Unloading(gain_per_s=1e-3, wanted_momentum_n_m_s=(0.0, 0.0, 1.0)))
+    b = (2e-5, 1e-5, 3e-5)
+    sizes = [0.1, 0.3, 0.59, 0.6, 0.9, 0.5, 0.21, 0.2, 0.19, 0.3, 0.59, 0.61, 0.21]
+    works = [0, 0, 0, 1, 1, 1, 1, 1, 0, 0, 0, 1, 1]
+    for size, on in zip(sizes, works, strict=True):
+        known = row(b, (0.0, size, 1.0))
+        assert np.array_equal(ask(known), at_once(known) if on else np.zeros(3))
+
+
+def orbiting(u_deg, inclination_deg=70.0, raan_deg=40.0):
+    """Position and velocity at an argument of latitude, on a circular orbit."""
+    turn = Rotation.from_euler("ZXZ", [raan_deg, inclination_deg, u_deg], degrees=True)
+    return turn.apply([7e6, 0.0, 0.0]), turn.apply([0.0, 7.5e3, 0.0])
+
+
+@pytest.mark.parametrize("centre", [0.0, 90.0, -30.0])
+def test_in_windows_alone(centre):
+    """Within 20 deg of a point of the orbit and of the one opposite."""
+    ask = machine(Unloading(gain_per_s=1e-3, window_deg=20.0, window_centre_deg=centre))
+    every = machine(Unloading(gain_per_s=1e-3))
+    known = row((2e-5, 1e-5, 3e-5), (0.1, 0.2, -0.1))
+    for off in range(-179, 181, 7):
+        r, v = orbiting(centre + off)
+        here = known._replace(ephemeris=inputs(r=r, v=v).ephemeris)
+        near = min(abs(off), 180 - abs(off)) < 20
+        assert np.array_equal(ask(here), every(known) if near else np.zeros(3))
+
+
+def test_only_windows_take_the_place():
+    assert "place" in Unloading(gain_per_s=1.0, window_deg=20.0).needs
+    assert "ephemeris" not in Unloading(gain_per_s=1.0, begin_n_m_s=0.1).needs
+
+
 def test_nothing_is_asked_without_a_field_or_an_excess():
     ask = machine(Unloading(gain_per_s=1e-3))
     assert np.array_equal(ask(row(ZERO, (1.0, 2.0, 3.0))), np.zeros(3))
@@ -174,6 +211,12 @@ def test_a_held_body_sheds_the_momentum_of_its_wheels():
             r"dead_band_n_m_s\n.*greater than or equal to 0",
         ),
         ({"gain_per_s": 1.0, "wanted_momentum_n_m_s": (1.0, 2.0)}, r"wanted_momentum_n_m_s"),
+        (
+            {"gain_per_s": 1.0, "dead_band_n_m_s": 0.2, "begin_n_m_s": 0.1},
+            r"begin_n_m_s: must be at least dead_band_n_m_s = 0.2; received 0.1",
+        ),
+        ({"gain_per_s": 1.0, "window_deg": 90.0}, r"window_deg\n.*less than 90"),
+        ({"gain_per_s": 1.0, "window_deg": 0.0}, r"window_deg\n.*greater than 0"),
         (
             {"gain_per_s": 1.0, "wanted_momentum_n_m_s": (1.0, math.inf, 0.0)},
             r"wanted_momentum_n_m_s\.1\n.*finite",

@@ -18,6 +18,7 @@ from torquer.analysis.notes.orbit_notes import orbit_notes
 from torquer.analysis.notes.reach_notes import reach_notes
 from torquer.analysis.notes.slip_notes import slip_notes
 from torquer.analysis.notes.spin_notes import spin_notes
+from torquer.analysis.notes.tracking_notes import tracking_notes
 from torquer.analysis.notes.trim_notes import trim_notes
 from torquer.analysis.notes.wheel_notes import wheel_notes
 from torquer.scenario.resolution import (
@@ -84,6 +85,7 @@ _CHECKS = {
     "the law magneto_gyro": gyro_notes,
     "the laws about a spin axis": spin_notes,
     "the law dipole_trim": trim_notes,
+    "the law wheel_tracking": tracking_notes,
     "the steps of the run": _step_notes,
     "the orbit": orbit_notes,
     "the wheels": wheel_notes,

@@ -13,6 +13,7 @@ from torquer.computer.laws.pointing import HeldByWheels
 from torquer.computer.laws.unloading import Unloading
 from torquer.computer.laws.wheel_one_axis import WheelOneAxis
 from torquer.computer.laws.wheel_pd import WheelPd
+from torquer.computer.laws.wheel_tracking import WheelTracking
 from torquer.maths.geometry import euler
 from torquer.maths.geometry.frames import dcm_orbital_to_inertial
 from torquer.maths.geometry.quaternion import conjugate, from_dcm, multiply
@@ -29,7 +30,7 @@ _COARSE = 0.3
 #: braked with at its end, for a damping of 0.7 or more.
 _BRAKING = 0.33
 #: Laws with a greatest rate.
-_TURNING = HeldByWheels | WheelOneAxis
+_TURNING = HeldByWheels | WheelOneAxis | WheelTracking
 
 
 def wheel_notes(scenario: Scenario) -> list[str]:
@@ -129,7 +130,7 @@ def _loop(scenario: Scenario, law: Spec) -> tuple[float, float]:
     """Damping [1/s] and stiffness [1/s^2] of small motion about the fastest axis."""
     if isinstance(law, BiasMomentum):
         return 2.0 * law.damping_ratio * law.bandwidth_rad_s, law.bandwidth_rad_s**2
-    if isinstance(law, WheelPd):
+    if isinstance(law, WheelPd | WheelTracking):
         return 2.0 * law.damping * law.bandwidth_rad_s, law.bandwidth_rad_s**2
     least = float(scenario.spacecraft.body.principal()[0][0])
     return law.rate_gain_n_m_s / least, 0.5 * law.angle_gain_n_m / least
@@ -149,6 +150,8 @@ def _turn_notes(scenario: Scenario, use: Use) -> Iterator[str]:
             f"{rate} may take {momentum:.3g} N m s, but the wheels hold {least:.3g} N m s about "
             "their weakest axis"
         )
+    if isinstance(law, WheelTracking):  # its slews end as they begin: see `tracking_notes`
+        return
     braking = _BRAKING * _loop(scenario, law)[0] * momentum
     weakest = torque_envelope(wheels.array()).inner_radius
     if braking > weakest:

@@ -12,7 +12,7 @@ A law is a function `(inputs, parameters, memory)`:
 import functools
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from torquer.base.user_source import attributes_read
@@ -87,12 +87,14 @@ class Law(Block):
 
     `answers`: "dipole" or "torque" for a law that returns three numbers, "command" for one that
     returns a `Command` and drives coils and wheels. `states`: the part of the memory in which the
-    law states an estimate of its own, as `NOTHING_STATED`. `waits_for`: what of its `needs` must be
-    finite numbers for it to be called; a user's law sees what sensors read.
+    law states an estimate of its own, as `NOTHING_STATED`. `earth`: the parameter that a run sets
+    to the matrix (rows) from inertial to Earth-fixed axes at its start. `waits_for`: what of its
+    `needs` must be finite numbers for it to be called; a user's law sees what sensors read.
     """
 
     answers: Literal["dipole", "torque", "command"] = "dipole"
     states: str | None = None
+    earth: str | None = None
     waits_for: frozenset[str] = frozenset({"attitude", "rate"})
 
     @property
@@ -104,6 +106,12 @@ class Law(Block):
     def states_at(self) -> int:
         """First cell of the stated estimate in the memory; -1 for a law that states none."""
         return -1 if self.states is None else self.memory_places()[self.states][0]
+
+    def with_earth(self, to_ecef: tuple) -> "Law":
+        """The law in a run at whose start the Earth stands so; itself unless it asks for that."""
+        if self.earth is None:
+            return self
+        return replace(self, parameters=self.parameters._replace(**{self.earth: to_ecef}))
 
     @property
     def waits(self) -> int:

@@ -17,6 +17,7 @@ Positive = Annotated[float, _POSITIVE]
 NotNegative = Annotated[float, Limits(0.0)]
 #: 1 or 0.
 OnOff = Annotated[float, Limits(0.0, 1.0)]
+Share = Annotated[float, Limits(0.0, 1.0)]
 Cosine = Annotated[float, Limits(-1.0, 1.0)]
 #: A unit vector or an attitude's quaternion: its numbers are set one by one, so that only the last
 #: one makes the length 1 again.

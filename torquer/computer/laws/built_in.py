@@ -27,6 +27,7 @@ from torquer.computer.laws.unloading import Unloading
 from torquer.computer.laws.wheel_lyapunov import WheelLyapunov
 from torquer.computer.laws.wheel_one_axis import WheelOneAxis
 from torquer.computer.laws.wheel_pd import WheelPd
+from torquer.computer.laws.wheel_tracking import WheelTracking
 
 BuiltIn = (
     Off
@@ -55,6 +56,7 @@ BuiltIn = (
     | WheelPd
     | WheelLyapunov
     | WheelOneAxis
+    | WheelTracking
     | BiasMomentum
     | MagnetoGyro
 )

@@ -19,6 +19,7 @@ class LawSpec(Spec):
     bears: ClassVar[frozenset[str]] = frozenset()
     answers: ClassVar[str] = "dipole"
     states: ClassVar[str | None] = None
+    earth: ClassVar[str | None] = None
     #: Key of the momentum that the law wants the wheels to have; of its axis, where it is a number.
     momentum_key: ClassVar[str] = ""
     momentum_axis_key: ClassVar[str] = ""
@@ -33,5 +34,6 @@ class LawSpec(Spec):
         parameters = by_scenario(cls.parameters)(self)
         return Law(
             self.kind, cls.kernel, parameters, self.memory, self.log, self.needs,
-            spec=self, answers=self.answers, states=self.states, waits_for=self.needs - self.bears,
+            spec=self, answers=self.answers, states=self.states, earth=self.earth,
+            waits_for=self.needs - self.bears,
         )  # fmt: skip

@@ -35,6 +35,21 @@ def known_gravity_torque(inputs, inertia):
     return gravity_gradient_torque(inertia, rotate_inverse(q, gravity_gradient))
 
 
+@inlined
+def carried_torque(inputs, inertia, turning, acceleration, gravity):
+    """Torque [N m] by which the body turns as a reference does: w' x (J w' + h) + J dW/dt - M_g.
+
+    Of a reference with this rate and angular acceleration (inertial; rad/s); W is the rate in body
+    axes, so that dW/dt = (its acceleration) - w' x W. `gravity`: 1 for M_g, the gravity torque.
+    """
+    q, omega = inputs.estimate.q_body_to_inertial, inputs.estimate.omega_body_rad_s
+    momentum = add(sym_vec(inertia, omega), inputs.wheel_momentum_body_n_m_s)
+    speeding = rotate_inverse(q, acceleration)
+    speeding = sub(speeding, cross(omega, rotate_inverse(q, turning)))
+    m = add(cross(omega, momentum), sym_vec(inertia, speeding))
+    return sub(m, known_gravity_torque(inputs, inertia)) if gravity != 0.0 else m
+
+
 class WheelLyapunovParameters(NamedTuple):
     """k_w, k_a, 1 for an orbital reference, wanted attitude to it (quaternion), J, gravity, most.
 
@@ -54,21 +69,15 @@ class WheelLyapunovParameters(NamedTuple):
 def wheel_lyapunov(inputs, parameters, memory):
     """Torque on the body M = w' x (J w' + h) + J dW/dt - M_g - k_w w - k_a e sin(a/2) [N m].
 
-    w' is the absolute rate, h the wheels' momentum, W the reference's rate in body axes, so that
-    dW/dt = (its angular acceleration) - w' x W; M_g the gravity torque, where it is wanted;
-    e sin(a/2) the vector part of the turn from the wanted attitude, the short way round, limited
-    in length: V then has another function of a that grows with it, and dV/dt stays -k_w w^2.
+    Its first part is `carried_torque`; w the rate relative to the reference; e sin(a/2) the vector
+    part of the turn from the wanted attitude, the short way round, limited in length: V then has
+    another function of a that grows with it, and dV/dt stays -k_w w^2.
     """
-    p, j = parameters, parameters.inertia
-    q, omega = inputs.estimate.q_body_to_inertial, inputs.estimate.omega_body_rad_s
+    p = parameters
     q_reference, turning = reference_motion(inputs, p.orbital)
     error, relative = deviation(inputs, p.q_wanted, q_reference, turning)
-    momentum = add(sym_vec(j, omega), inputs.wheel_momentum_body_n_m_s)
-    speeding = rotate_inverse(q, reference_acceleration(inputs, p.orbital))
-    speeding = sub(speeding, cross(omega, rotate_inverse(q, turning)))
-    m = add(cross(omega, momentum), sym_vec(j, speeding))
-    if p.gravity != 0.0:
-        m = sub(m, known_gravity_torque(inputs, j))
+    acceleration = reference_acceleration(inputs, p.orbital)
+    m = carried_torque(inputs, p.inertia, turning, acceleration, p.gravity)
     half_turn = limit(short_way(error), p.most)
     return add_scaled(add_scaled(m, -p.rate_gain, relative), -p.angle_gain, half_turn)
 

@@ -38,7 +38,9 @@ from torquer.computer.modes.table import (
     ModeTable,
     first_state as first_mode_state,
 )
+from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.maths.geometry.attitudes import to_body
+from torquer.maths.geometry.vec3 import as_matrix
 from torquer.maths.integrate.dop853 import workspace
 from torquer.maths.integrate.rk4 import MOST_NUTATION, MOST_TURN
 from torquer.scenario.control import whole_steps
@@ -134,6 +136,9 @@ def make_blocks(scenario: Scenario, given: Mapping[str, Law] | None = None) -> B
     for name, law in laws.items():
         if law.name != "off":
             check_fits(control.key_of(name), law, scenario)
+    if any(law.earth for law in laws.values()):
+        stands = earth_at_start(scenario.orbit_environment())
+        laws = {name: law.with_earth(stands) for name, law in laws.items()}
     estimators = {"estimator": control.estimator, **control.estimators}
     check_stated(laws.values(), control)
     own = {name: spec for name, spec in estimators.items() if hasattr(spec, "estimator")}
@@ -143,6 +148,12 @@ def make_blocks(scenario: Scenario, given: Mapping[str, Law] | None = None) -> B
         key = "estimator" if name == "estimator" else f"estimators.{name}"
         check_own_reading(f"control.{key}", estimator, scenario.spacecraft)
     return Blocks(laws, made)
+
+
+@by_scenario
+def earth_at_start(around: OrbitEnvironment) -> tuple:
+    """Matrix (rows) from inertial to Earth-fixed axes at the start."""
+    return as_matrix(around.dcm_to_ecef(np.zeros(1))[0])
 
 
 def modes_for(scenario: Scenario, blocks: Blocks) -> tuple[ModeTable, ModeState]:
