@@ -9,6 +9,7 @@ import pytest
 
 # Before NumPy is loaded: its threads wait by spinning, while other workers need the cores.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ["TORQUER_LANG"] = "en"  # texts are compared, whatever the locale
 
 from torquer.scenario.load import scenario_from_data
 

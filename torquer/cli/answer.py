@@ -12,6 +12,7 @@ from cyclopts.exceptions import (
     UnusedCliTokensError,
 )
 
+from torquer.base.language import ENGLISH, language
 from torquer.base.limits import RequestError
 from torquer.base.strict_json import json_text
 from torquer.base.units import conversion, did_you_mean
@@ -23,6 +24,7 @@ from torquer.cli.output import drop_output, finish_output, forget_made_folders, 
 def answer(arguments: list[str] | None = None) -> int | None:
     """Run a command; return its exit code: 2 on a user error, none or 0 on success."""
     code = 0
+    speak()
     given = sys.argv[1:] if arguments is None else arguments
     if given[:1] == ["help"]:  # as of git and others: `help run` for `run --help`
         arguments = [*given[1:], "--help"]
@@ -42,6 +44,15 @@ def answer(arguments: list[str] | None = None) -> int | None:
     finally:
         forget_made_folders(is_refused=code == 2)
     return code
+
+
+def speak() -> None:
+    """Show help in the language of the user."""
+    app.help_formatter = None
+    if language() != ENGLISH:
+        from torquer.cli.translated_help import TranslatedHelp
+
+        app.help_formatter = TranslatedHelp()
 
 
 def in_words(error: Exception) -> str:

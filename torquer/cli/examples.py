@@ -1,5 +1,7 @@
 """Examples that `--help` shows below each command, to be typed as they are."""
 
+from torquer.base.language import translated
+
 _S = "examples/chibis_m_detumble.toml"
 
 #: Command line by line, by the words of the command; "" for `torquer` itself.
@@ -223,4 +225,4 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
 
 def show_examples(words: str) -> str:
     """The examples below the help of a command: the format is Markdown, a line each."""
-    return "\n".join(["Examples:", "", *(f"    {line}" for line in EXAMPLES[words])])
+    return "\n".join([translated("Examples:"), "", *(f"    {line}" for line in EXAMPLES[words])])

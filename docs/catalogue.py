@@ -1,0 +1,148 @@
+"""The catalogues of messages: `python docs/catalogue.py` after texts have changed.
+
+It finds every text that is translated, writes them into `torquer/base/messages/*.po`, and compiles
+these (`*.mo`). Texts that are new stand at the end of the `.po` with an empty translation, to be
+filled in; then run it again. Texts that are no more are taken out.
+"""
+
+import ast
+import importlib
+import json
+import re
+import string
+import struct
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from torquer.base.language import TRANSLATED
+from torquer.cli import translated_help
+from torquer.cli.app import app
+from torquer.cli.translated_help import paragraphs
+
+ROOT = Path(__file__).parents[1]
+FOLDER = ROOT / "torquer/base/messages"
+#: Tables of texts that are translated where they are shown: all, or one column of their rows.
+TABLES: dict[str, int | None] = {}
+#: What is done in languages, by the code of each, to write a number of things.
+_HEAD = {
+    "ru": "Language: ru\nMIME-Version: 1.0\nContent-Type: text/plain; charset=UTF-8\n"
+    "Content-Transfer-Encoding: 8bit\n"
+}
+
+
+def messages() -> dict[str, str]:
+    """Every text that is translated, with the place that it first stands at."""
+    found: dict[str, str] = {}
+    for place, text in (*_of_help(()), *_of_cyclopts(), *_of_tables(), *_of_code()):
+        found.setdefault(text, place)
+    return found
+
+
+def _of_help(words: tuple[str, ...]) -> Iterator[tuple[str, str]]:
+    """Help of a command and of those below it."""
+    place = " ".join(("torquer", *words, "--help"))
+    _, apps, _ = app.parse_commands(list(words))
+    shown = [apps[-1].help]
+    for _, panel in app._assemble_help_panels(list(words), "markdown"):
+        described = (each.description.primary_renderable for each in panel.entries)
+        shown += [getattr(each, "markup", "") for each in described]
+    yield from ((place, each) for text in shown for each in paragraphs(text or ""))
+    for name in apps[-1]:
+        if not name.startswith("-"):
+            yield from _of_help((*words, name))
+
+
+def _of_cyclopts() -> Iterator[tuple[str, str]]:
+    for text in (*translated_help.TITLES, *translated_help.MARKS, *translated_help.USAGE):
+        yield "torquer/cli/translated_help.py", text
+
+
+def _of_tables() -> Iterator[tuple[str, str]]:
+    for home, column in TABLES.items():
+        module, name = home.split(":")
+        table = getattr(importlib.import_module(module), name)
+        rows = table.values() if isinstance(table, dict) else table
+        yield from ((module, row if column is None else row[column]) for row in rows)
+
+
+def _of_code() -> Iterator[tuple[str, str]]:
+    """Literal arguments of `translated`."""
+    for path in sorted((ROOT / "torquer").rglob("*.py")):
+        source = path.read_text(encoding="utf-8")
+        for node in ast.walk(ast.parse(source)) if "translated(" in source else ():
+            match node:
+                case ast.Call(ast.Name("translated"), [ast.Constant(str(text)), *_]):
+                    yield path.relative_to(ROOT).as_posix(), text
+
+
+def read(path: Path) -> dict[str, str]:
+    """Translations of a `.po` file, without its head."""
+    found: dict[str, str] = {}
+    key, part = "", ""
+    for line in path.read_text(encoding="utf-8").splitlines():
+        word = re.match(r'(?:(msgid|msgstr) )?(".*")$', line)
+        if word is None:
+            continue
+        part, text = word[1] or part, json.loads(word[2])
+        if part == "msgid":
+            key = text if word[1] else key + text
+        else:
+            found[key] = text if word[1] else found[key] + text
+    found.pop("", None)
+    return found
+
+
+def as_po(code: str, placed: dict[str, str], translations: dict[str, str]) -> str:
+    """The text of a `.po` file: those to be translated come last."""
+    rows = [("", _HEAD[code], "")]
+    rows += [(text, translations.get(text, ""), place) for text, place in placed.items()]
+    rows.sort(key=lambda row: not row[1])
+    return "\n".join(_entry(*row) for row in rows)
+
+
+def _entry(text: str, translation: str, place: str) -> str:
+    head = f"#: {place.replace(' ', '_')}\n" if place else ""
+    return f"{head}msgid {_quoted(text)}\nmsgstr {_quoted(translation)}\n"
+
+
+def _quoted(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False)
+
+
+def as_mo(code: str, translations: dict[str, str]) -> bytes:
+    """A catalogue as gettext reads it: keys in order, and where each text lies."""
+    pairs = sorted({"": _HEAD[code], **translations}.items())
+    keys, texts = ([each[k].encode() for each in pairs] for k in (0, 1))
+    count, start = len(pairs), 28 + 16 * len(pairs)
+    places, end = [], start
+    for each in (*keys, *texts):
+        places += [len(each), end]
+        end += len(each) + 1
+    head = (0x950412DE, 0, count, 28, 28 + 8 * count, 0, 0)
+    return struct.pack(f"<{7 + len(places)}I", *head, *places) + b"".join(
+        each + b"\0" for each in (*keys, *texts)
+    )
+
+
+def placeholders(text: str) -> set[str]:
+    """Names in braces that a text is given values for; none if it is no such text."""
+    try:
+        return {name for _, name, _, _ in string.Formatter().parse(text) if name}
+    except ValueError:
+        return set()
+
+
+def update(code: str, placed: dict[str, str]) -> Iterable[str]:
+    """Write both files of a language; the texts that lack a translation."""
+    path = FOLDER / f"{code}.po"
+    known = {text: told for text, told in read(path).items() if text in placed and told}
+    path.write_text(as_po(code, placed, known), encoding="utf-8")
+    path.with_suffix(".mo").write_bytes(as_mo(code, known))
+    return [text for text in placed if text not in known]
+
+
+if __name__ == "__main__":
+    found = messages()
+    for language in TRANSLATED:
+        for missing in update(language, found):
+            print(f"{language}: no translation: {missing}")
