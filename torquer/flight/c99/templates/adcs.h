@@ -17,6 +17,10 @@ extern "C" {
 /* Mark of this header: adcs_interface_version() has it if library and header are of one export. */
 #define ADCS_INTERFACE_VERSION ${interface}u
 
+/* Stack: its size is your compiler's. `make stack CC=... CFLAGS=...` with your GCC computes the worst
+   case of all functions below by the graph of calls, and writes it into adcs_stack.h as
+   ADCS_STACK_BYTES. Nothing calls itself, or by address; no array has a size of run time. */
+
 /* All that changes. It may be static, copied and kept elsewhere; what is in it is the library's.
    ADCS_STATE_VERSION is its first word, by which a state of another export is known. */
 #define ADCS_STATE_BYTES $state_bytes
