@@ -45,7 +45,8 @@ class Graph:
         self.library: set = set()
         for file in sorted(folder.glob("*.ci")):
             self._read(file.read_text())
-        self._code = _functions(tools, program) if program else None
+        self._is_linked = program is not None
+        self._code = _functions(tools, program) if self._is_linked else {}
         self._deepest: dict = {}
 
     def _read(self, text: str) -> None:
@@ -63,7 +64,7 @@ class Graph:
         if name in above:
             sys.exit(f"stack: {name} calls itself")
         if name not in self._deepest:
-            if name not in self.frames and self._code is None:
+            if name not in self.frames and not self._is_linked:
                 self.library.add(name)
                 self.frames[name] = 0
             if name not in self.frames and not self._merge(name):
