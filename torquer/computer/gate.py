@@ -56,6 +56,9 @@ ANY = (1 << len(MET)) - 1
 #: not tell steps apart any more.
 LATEST_S = 1e10
 
+#: No clock of the gate, whose offset adds to such times, shows it [s].
+_NO_CLOCK_S = 10.0 * LATEST_S
+
 #: A sensor or device whose readings are checked: its row, the numbers of a reading, how old the
 #: scenario lets it become [s].
 CHECKED = np.dtype([("row", np.int64), ("count", np.int64), ("oldest_s", np.float64)])
@@ -375,12 +378,32 @@ def restart_estimators(gate, computer, board):
     put_estimate(board.known[0], UNKNOWN_ESTIMATE)
 
 
+@inlined
+def is_damaged(now):
+    """Whether the clock of the gate shows what none does: an error of the memory."""
+    began = now.t_s != -math.inf
+    return not abs(now.offset_s) < _NO_CLOCK_S or (began and not abs(now.t_s) < _NO_CLOCK_S)
+
+
+@inlined
+def begin_clock(gate, board, now):
+    """Let the clock begin again with the time of the next step, whatever was read before."""
+    now.offset_s, now.t_s, now.other_s = 0.0, -math.inf, math.nan
+    for n in range(gate.readings.shape[0]):
+        board.known[0].read_s[gate.readings[n].row] = -math.inf
+
+
 @kernel
-def rebase(gate_now, shift_s):
+def rebase(gate, board, gate_now, shift_s):
     """Follow a clock that has been set forward by `shift_s`; what became of it.
 
-    Meets REQ-BRD-003, REQ-BRD-004.
+    A clock that is damaged begins again. Meets REQ-BRD-003, REQ-BRD-004.
     """
+    if not abs(shift_s) < LATEST_S:
+        return NOT_A_NUMBER
+    if is_damaged(gate_now[0]):
+        begin_clock(gate, board, gate_now[0])
+        return DONE
     offset_s = gate_now[0].offset_s + shift_s
     if not abs(offset_s) < LATEST_S:
         return NOT_A_NUMBER

@@ -30,6 +30,7 @@ STEPS = 400
 #: A loop around the interface, with the state inside.
 AROUND = """
 #include "adcs.h"
+#include <string.h>
 static adcs_state state;
 void begin(void) { adcs_init(&state); }
 uint32_t take_step(const adcs_inputs *inputs, adcs_command *command)
@@ -45,6 +46,10 @@ int hold(int region, int on) { return (int)adcs_hold(&state, region, on != 0); }
 int held(int region) { return adcs_is_held(&state, region); }
 int commanded(int region) { return adcs_commanded_mode(&state, region); }
 int mode(int region) { return adcs_mode(&state, region); }
+void damage_clock(int number, double value)
+{
+    memcpy((unsigned char *)&state + ADCS_STATE_BYTES - 32 + 8 * number, &value, sizeof value);
+}
 int rebase(double shift_s) { return (int)adcs_rebase(&state, shift_s); }
 double offset_s(void) { return adcs_clock_offset_s(&state); }
 void restart(void) { adcs_restart_estimators(&state); }
@@ -264,6 +269,44 @@ def test_a_clock_is_set_to_no_time_that_no_clock_shows(exported):
     assert exported.c.rebase(half) == gates.DONE
     assert exported.c.rebase(half) == gates.NOT_A_NUMBER
     assert exported.c.offset_s() == half.value
+
+
+#: What an error of the memory may make of offset and time of the gate's clock, by their numbers.
+DAMAGED = [(k, value) for k in (0, 1) for value in (math.nan, math.inf, 1e300, -1e300, 2e11)]
+
+
+@needs_compiler
+@pytest.mark.verifies("REQ-BRD-003")
+@pytest.mark.parametrize(("number", "value"), DAMAGED)
+def test_a_damaged_clock_begins_again_by_the_call_that_sets_it(exported, number, value):
+    c, rows = exported.c, np.ascontiguousarray(exported.inputs[:60])
+    c.begin()
+    for k, row in enumerate(rows):
+        if k == 20:
+            c.damage_clock(number, ctypes.c_double(value))
+        if k == 25:
+            assert c.rebase(ctypes.c_double(math.nan)) == gates.NOT_A_NUMBER
+            assert c.rebase(ctypes.c_double(0.0)) == gates.DONE
+        command, status = exported.in_c(row)
+        assert np.isfinite(command).all()
+        if k == 20:
+            met = gates.TIME_BACK | gates.TIME_AHEAD | gates.READING_NOT_IN_ORDER
+            assert status & met or (number == 1 and math.isnan(value))  # that the step replaces
+        if k >= 25:
+            off = gates.TIME_NOT_FINITE | gates.TIME_BACK | gates.TIME_AHEAD | gates.CLOCK_SET
+            assert not status & (off | gates.READING_NOT_IN_ORDER)
+
+
+@needs_compiler
+@pytest.mark.parametrize(("number", "value"), DAMAGED)
+def test_so_it_does_by_the_kernel(exported, number, value):
+    gate, (_, board) = records(exported.gate), computer_and_board(exported.scenario)
+    now = gates.first_gate()
+    now["t_s"] = 7.0
+    now[("offset_s", "t_s")[number]] = value
+    assert gates.rebase(gate, board, records(now), 5.0) == gates.DONE
+    assert now.tobytes() == gates.first_gate().tobytes()
+    assert (board.known["read_s"][:, gate.readings["row"]] == -math.inf).all()
 
 
 @needs_compiler

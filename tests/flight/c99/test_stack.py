@@ -1,8 +1,11 @@
 """The worst-case stack by the call graph: against frames made by hand, and what has no bound."""
 
 import importlib.util
+import os
+import re
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -14,9 +17,9 @@ needs_target = pytest.mark.skipif(
     not shutil.which(f"{TOOLS}gcc"), reason="not installed: gcc-arm-none-eabi"
 )
 PROCESSOR = ("-mcpu=cortex-m7", "-mthumb", "-mfpu=fpv5-d16", "-mfloat-abi=hard")
-_SPEC = importlib.util.spec_from_file_location(
-    "stack", Path(exporting.__file__).parent / "harness/stack.py"
-)
+needs_gcc = pytest.mark.skipif(not shutil.which("gcc"), reason="not installed: gcc")
+HARNESS = Path(exporting.__file__).parent / "harness"
+_SPEC = importlib.util.spec_from_file_location("stack", HARNESS / "stack.py")
 assert _SPEC is not None and _SPEC.loader is not None
 stack = importlib.util.module_from_spec(_SPEC)
 _SPEC.loader.exec_module(stack)
@@ -51,6 +54,67 @@ def test_the_deepest_chain_is_the_sum_of_its_frames(tmp_path):
     assert chain[:2] == ("of_few", "pow")
     assert within == graph.frames["of_few"] + graph.deepest("pow")[0]
     assert graph.deepest("top")[0] == graph.frames["top"] + max(size, within)
+
+
+#: A leaf with a frame of its own, one whose variable is aligned (its size is dynamic, bounded), a
+#: static function between, and two functions of an interface.
+EXPORT = """
+#include <math.h>
+double adcs_few(double x);
+double adcs_step(double x);
+static double aligned(double x) { volatile double k[20] __attribute__((aligned(64)));
+    k[0] = x; return fmod(k[0], 3.0); }
+static double between(double x) { volatile double k[30]; k[0] = x; return aligned(k[0]) + 1.0; }
+double adcs_few(double x) { return x + 1.0; }
+double adcs_step(double x) { volatile double k[40]; k[0] = x; return between(k[0]) + adcs_few(x); }
+"""
+
+
+def stack_of(folder: Path, text: str, **given: str) -> subprocess.CompletedProcess:
+    """What `make stack` runs, in the folder of an export of one file."""
+    (folder / "test").mkdir(exist_ok=True)
+    shutil.copy(HARNESS / "stack.py", folder / "test")
+    (folder / "adcs.c").write_text(text)
+    command = [sys.executable, folder / "test" / "stack.py"]
+    environment = {**os.environ, **given}
+    return subprocess.run(command, capture_output=True, text=True, env=environment)
+
+
+@needs_gcc
+@pytest.mark.parametrize("flags", ["-O0", "-O1 -fno-inline", "-O2", "-Os"])
+def test_a_header_states_the_stack_of_a_build(flags, tmp_path):
+    """The sum of the frames that the compiler states function by function, whatever it inlines."""
+    said = stack_of(tmp_path, EXPORT, CC="gcc", CFLAGS=flags)
+    assert said.returncode == 0, said.stderr
+    text = (tmp_path / "adcs_stack.h").read_text()
+    assert text == said.stdout and f"gcc -std=c99 -ffp-contract=off {flags}\n" in text
+    assert ": fmod. */" in text
+    size = int(text.split()[-1])
+    rows = [
+        line.split("\t") for line in (tmp_path / "build/stack/adcs.su").read_text().splitlines()
+    ]
+    frames = {row[0].rpartition(":")[2]: int(row[1]) for row in rows}
+    assert 8 * (20 + 30 + 40) <= size == sum(frames.values()) - frames["adcs_few"]
+    named = [*re.findall(r"(\w+) \d+", text.partition("Deepest: ")[2].partition(".")[0])]
+    assert named[0] == "adcs_step" and set(named) - {"fmod"} == set(frames) - {"adcs_few"}
+
+
+@needs_gcc
+@pytest.mark.parametrize(
+    ("text", "given", "said"),
+    [
+        ("int adcs_f(int n) { return n ? adcs_f(n - 1) * n + 1 : 1; }", {}, "adcs_f calls itself"),
+        ("int adcs_f(int n) { int (*volatile g)(int) = 0; return g(n) + 1; }", {}, "its address"),
+        ("int adcs_f(int n) { volatile int k[n]; k[0] = n; return k[0]; }", {}, "without a bound"),
+        ("int adcs_f(int n) { return m; }", {}, "received .*error"),
+        ("int adcs_f(int n);", {"CC": "false"}, "CC must be a GCC .* received no answer"),
+    ],
+)
+def test_a_build_without_a_bound_is_one_line(text, given, said, tmp_path):
+    found = stack_of(tmp_path, text, **{"CC": "gcc", "CFLAGS": "-O1", **given})
+    assert found.returncode == 1 and found.stderr.count("\n") == 1
+    assert re.search(f"^stack: .*{said}", found.stderr)
+    assert not (tmp_path / "adcs_stack.h").exists()
 
 
 @needs_target

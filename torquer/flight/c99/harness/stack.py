@@ -1,33 +1,52 @@
 """Worst-case stack of an export's functions: frames along the deepest chain of calls.
 
-Frames and calls of the export itself are those that GCC states (`-fcallgraph-info=su`); those of
-the C library are read from the linked program. A call by address, a function that calls itself and
-a frame whose size is known only at run time have no bound: the program ends with their names.
+`make stack CC=... CFLAGS=...` writes that of your build into adcs_stack.h, without the functions of
+the C library, which it names. Frames and calls of the export itself are those that GCC states
+(`-fcallgraph-info=su`); those of the C library are read from a linked program, if there is one. A
+call by address, a function that calls itself and a frame whose size is known only at run time have
+no bound: the program ends with their names.
 """
 
+import os
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
+
+HOME = Path(__file__).resolve().parents[1]
+NAMES = ("adcs.c", "adcs_tables.c", "adcs_math.c", "adcs_ephemeris.c")
+HEADER = "adcs_stack.h"
+#: How each function of adcs.h begins, and what the header says.
+PUBLIC = "adcs_"
+TEXT = """\
+/* Worst-case stack [bytes] of the functions of adcs.h, compiled by
+   {command}
+   Deepest: {chain}.
+   An interrupt adds its own, and so do these functions of the C library: {library}. */
+#define ADCS_STACK_BYTES {size}
+"""
 
 #: Registers and bytes that an instruction puts on the stack.
 _LISTS = re.compile(r"(?:push|v?stmdb\s+sp!,)\s*\{([^}]*)\}")
 _BYTES = re.compile(r"subw?(?:\.w)?\s+sp, (?:sp, )?#(\d+)|\[sp, #-(\d+)\]!")
 _UNBOUND = re.compile(r"sub\S*\s+sp, (?:sp, )?r\d|mov\s+sp, r(?!7\b)|\bblx\s+r\d|\bbx\s+r\d")
 _CALL = re.compile(r"^b(?:l|lx)?(?:[a-z]{2})?(?:\.[nw])?\s+(\w+)$")
-_NODE = re.compile(r'node: \{ title: "([^"]+)" label: "[^"]*?\\n[^"]*?\\n(\d+) bytes \((\w+)\)')
+_NODE = re.compile(r'node: \{ title: "([^"]+)" label: "[^"]*?\\n[^"]*?\\n(\d+) bytes \(([\w,]+)\)')
 _EDGE = re.compile(r'edge: \{ sourcename: "([^"]+)" targetname: "([^"]+)"')
 
 
 class Graph:
     """Functions with the bytes of their frames and those that each calls."""
 
-    def __init__(self, folder: Path, program: Path, tools: str):
+    def __init__(self, folder: Path, program, tools: str = ""):
         self.frames: dict = {}
         self.calls: dict = {}
+        self.library: set = set()
         for file in sorted(folder.glob("*.ci")):
             self._read(file.read_text())
-        self._code = _functions(tools, program)
+        self._is_linked = program is not None
+        self._code = _functions(tools, program) if self._is_linked else {}
         self._deepest: dict = {}
 
     def _read(self, text: str) -> None:
@@ -45,6 +64,9 @@ class Graph:
         if name in above:
             sys.exit(f"stack: {name} calls itself")
         if name not in self._deepest:
+            if name not in self.frames and not self._is_linked:
+                self.library.add(name)
+                self.frames[name] = 0
             if name not in self.frames and not self._merge(name):
                 self._of_library(name)
             below = [self.deepest(each, (*above, name)) for each in self.calls.get(name, ())]
@@ -128,3 +150,44 @@ def _output(*command) -> str:
     return subprocess.run(
         list(map(str, command)), capture_output=True, text=True, check=True
     ).stdout
+
+
+def compile_all(folder: Path, command: list) -> None:
+    """Compile the files of the export, with what GCC states of frames and calls."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for old in folder.glob("*.ci"):
+        old.unlink()
+    for source in [HOME / name for name in NAMES if (HOME / name).exists()]:
+        told = ["-fstack-usage", "-fcallgraph-info=su", "-c", source]
+        done = subprocess.run(
+            list(map(str, [*command, f"-I{HOME}", *told])),
+            cwd=folder,
+            capture_output=True,
+            text=True,
+        )
+        if done.returncode:
+            lines = [line for line in done.stderr.splitlines() if "error" in line] or ["no answer"]
+            sys.exit(f"stack: CC must be a GCC of version 10 or later; received {lines[0]}")
+
+
+def main() -> int:
+    """Write the header of a build by `CC` and `CFLAGS`, and say what is in it."""
+    command = [*shlex.split(os.environ.get("CC", "cc")), "-std=c99", "-ffp-contract=off"]
+    command += shlex.split(os.environ.get("CFLAGS", "-O2"))
+    folder = HOME / "build" / "stack"
+    compile_all(folder, command)
+    graph = Graph(folder, None)
+    public = [name for name in graph.frames if name.startswith(PUBLIC)]
+    size, chain = max(graph.deepest(name) for name in public)
+    places = {
+        "size": size, "command": " ".join(command),
+        "chain": " > ".join(f"{_short(name)} {graph.frames[name]}" for name in chain),
+        "library": ", ".join(sorted(graph.library)) or "none",
+    }  # fmt: skip
+    (HOME / HEADER).write_text(TEXT.format(**places))
+    print(TEXT.format(**places), end="")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -17,6 +17,10 @@ extern "C" {
 /* Mark of this header: adcs_interface_version() has it if library and header are of one export. */
 #define ADCS_INTERFACE_VERSION ${interface}u
 
+/* Stack: its size is your compiler's. `make stack CC=... CFLAGS=...` with your GCC computes the worst
+   case of all functions below by the graph of calls, and writes it into adcs_stack.h as
+   ADCS_STACK_BYTES. Nothing calls itself, or by address; no array has a size of run time. */
+
 /* All that changes. It may be static, copied and kept elsewhere; what is in it is the library's.
    ADCS_STATE_VERSION is its first word, by which a state of another export is known. */
 #define ADCS_STATE_BYTES $state_bytes
@@ -81,7 +85,10 @@ void adcs_init(adcs_state *state);
 uint32_t adcs_step(adcs_state *state, const adcs_inputs *inputs, adcs_command *command);
 
 /* The clock from which times are handed in has been set forward by shift_s (back: below 0). The
-   computer's own goes on as before: no estimate is lost. */
+   computer's own goes on as before: no estimate is lost. A clock of the state that an error of the
+   memory has made no time at all, so that every step is refused or its readings are, begins again
+   with the next step, whatever shift_s is; modes and parameters stay. Estimators that had times of
+   it begin again by adcs_restart_estimators. */
 adcs_outcome adcs_rebase(adcs_state *state, double shift_s);
 
 /* How far the clock from which times are handed in is ahead of the computer's own [s]: by what
