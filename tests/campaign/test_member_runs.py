@@ -166,7 +166,7 @@ COMMON = {
 
 @pytest.mark.parametrize("key", sorted(COMMON))
 def test_what_everybody_varies_is_prepared_at_once(key, monkeypatch):
-    fleet, chunk = tip_off_fleet({key: COMMON[key]})
+    fleet, chunk = tip_off_fleet({key: COMMON[key]}, runs=12)
     alone = [alone_in_lanes(fleet, row) for row in range(len(chunk.members))]
     monkeypatch.setattr(Fleet, "_prepared", None)
     found = fleet._numbers_of(fleet._lanes, chunk)
@@ -193,10 +193,10 @@ def test_members_that_go_different_ways_are_prepared_in_parts():
         assert found[row].tobytes() == alone_in_lanes(fleet, row).tobytes()
 
 
-def tip_off_fleet(vary):
+def tip_off_fleet(vary, **changes):
     """Members of the example that vary in some keys, not flown."""
     scenario = load_scenario(EXAMPLES / "tip_off_campaign.toml")
-    campaign = Campaign.model_validate({**TABLE, "vary": vary, "success": {}})
+    campaign = Campaign.model_validate({**TABLE, "vary": vary, "success": {}, **changes})
     fleet = Fleet(scenario, campaign)
     return fleet, fleet.unflown(np.arange(campaign.runs))
 

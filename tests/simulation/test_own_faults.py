@@ -5,8 +5,10 @@ import re
 import numpy as np
 import pytest
 from own_parts import (
+    AIR,
     BEGINS,
     BRIEF,
+    DRAG,
     ESTIMATE,
     LAW,
     LEAK,
@@ -129,9 +131,10 @@ def test_a_torque_in_other_units_is_named(scenario, tmp_path, size_n_m):
 
 @pytest.mark.parametrize("which", (0, 1))
 def test_the_one_of_two_torques_that_fails_is_named(scenario, tmp_path, which):
-    """Though both are the same function."""
+    """Though both are the same function; with air and light, as `all_parts` have."""
     key = "disturbance.own.leak"
-    text = "    if damping > 0.5 and here.t_s > 3.0:\n        raise ValueError('boom')\n"
+    text = "    light = here.light_body_pa\n"
+    text += "    if damping > 0.5 and here.t_s > 3.0:\n        raise ValueError('boom')\n"
     put(tmp_path, key, BEGINS[key], text + BEGINS[key])
     lines = [
         LEAK.replace("own.leak", f"own.{name}").replace(
@@ -139,7 +142,7 @@ def test_the_one_of_two_torques_that_fails_is_named(scenario, tmp_path, which):
         )
         for k, name in enumerate(("one", "two"))
     ]
-    found, _ = stopped(scenario(*lines).replace("simulation", BRIEF))
+    found, _ = stopped(scenario(AIR, DRAG, *lines).replace("simulation", BRIEF))
     assert found.startswith(f"disturbance.own.{('one', 'two')[which]}: must be a function (here)")
 
 

@@ -1,5 +1,6 @@
 """One stamp that is off by part of an interval: laws that measure intervals let go of it."""
 
+import functools
 import math
 
 import numpy as np
@@ -67,13 +68,20 @@ def cells(spec):
     return law.record_of(law.first_memory())
 
 
+@functools.cache
+def undisturbed(flown, step_s, count=60):
+    """What comes of good stamps: found once for all that is compared with it."""
+    good = stamps(step_s, 0.0, count)
+    return flown(good, good)
+
+
 @pytest.mark.parametrize("step_s", [0.25, 3.0, 100.0])
 @pytest.mark.parametrize("off", OFF)
 @pytest.mark.parametrize("flown", [by_field, by_gyrostat, by_sun, by_wheel])
 @pytest.mark.parametrize("at", [(20,), (20, 21, 23, 24)], ids=["one", "several"])
 def test_a_law_is_back_after_stamps_that_were_off(flown, off, step_s, at):
     good = stamps(step_s, 0.0)
-    spoiled, sound = flown(stamps(step_s, off, at=at), good), flown(good, good)
+    spoiled, sound = flown(stamps(step_s, off, at=at), good), undisturbed(flown, step_s)
     after = slice(at[-1] + BACK, None)
     assert np.all(np.any(sound[after].reshape(len(sound[after]), -1) != 0.0, axis=1))
     assert spoiled[after] == pytest.approx(sound[after], rel=1e-9)
@@ -88,7 +96,8 @@ def test_whatever_the_stamps_were(parts):
     times[20 : 20 + len(parts)] = 20.0 + len(parts) * np.sort(parts)
     after = slice(20 + len(parts) + BACK, None)
     for flown in (by_field, by_sun):
-        assert flown(times, good)[after] == pytest.approx(flown(good, good)[after], rel=1e-9)
+        sound = undisturbed(flown, 1.0, 80)
+        assert flown(times, good)[after] == pytest.approx(sound[after], rel=1e-9)
 
 
 @pytest.mark.parametrize("gaps", [1, 2])

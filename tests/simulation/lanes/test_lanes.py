@@ -263,6 +263,15 @@ def test_no_lane_holds_an_array(name):
         assert not any(isinstance(each, types.Array) for each in types_in(made))
 
 
+def test_sun_sensors_leave_the_places_of_what_moves_the_body():
+    """It is compiled once, with them and without; the loop, which reads them, for each."""
+    sensors = 'spacecraft.sun_sensors.preset = "dss3"\n'
+    runs = [prepare(scenario_from_text(HEAD + more + PLAIN)) for more in ("", sensors)]
+    without, own = (pack_member(run.plan.plant, run.dynamics, run.state) for run in runs)
+    assert own.of_dynamics == without.of_dynamics and own.of_loop != without.of_loop
+    assert len(own.numbers) == len(without.numbers)
+
+
 NO_ROWS = ((0.0, 0.0), (0.0, 0.0), (0.0, 0.0))
 
 

@@ -14,6 +14,9 @@ from torquer.spacecraft.failures import COIL_FAILURE, COMPUTER_FAILURE, SENSOR_F
 
 #: No parts that are packed already.
 NONE: Mapping = MappingProxyType({})
+#: What moves the body begins at a multiple of this many numbers: a few sun sensors change none of
+#: its places, and so not the compiled `propagate`.
+_BEGINS = 128
 #: Records at which the loop looks once for all members.
 _SHARED = (SENSOR_FAILURE, COIL_FAILURE, COMPUTER_FAILURE)
 
@@ -125,6 +128,7 @@ def pack_member(
     believed = {name: packing.rows(part) for name, part in state.allocation._asdict().items()}
     of_loop["allocation"] = (0, Fields(_fields(believed)))
     devices = packing.part(plant)
+    packing.put(np.zeros(-len(packing.numbers) % _BEGINS))
     of_dynamics = {name: of_loop[name] for name in ("cells", "coils", "rotors")} | {
         "held": packing.rows(state.held),
         "coefficients": packing.rows(state.coefficients),

@@ -5,6 +5,7 @@ from datetime import timedelta
 
 import numpy as np
 import pytest
+from slow_cases import slow_after
 from telemetry_passes import can_be_told, elements, is_right, make_pass, named, place_of
 from telemetry_session import START, TLE, environment, session
 
@@ -181,7 +182,7 @@ def test_the_priors_of_causes_are_a_distribution():
     assert sum(cause.prior for cause in CAUSES.values()) + NONE_OF_THESE == pytest.approx(1.0)
 
 
-@pytest.mark.parametrize("hours", [1, -3, 5])
+@pytest.mark.parametrize("hours", slow_after(1, [-3, 1, 5]))
 def test_a_wrong_zone_is_named_with_its_hours(hours):
     data, _ = session(2, rows=200)
     place = Place(environment(START + timedelta(hours=hours)))
@@ -210,7 +211,7 @@ def test_a_clock_is_named_with_its_shift():
     assert found.of("clock").value == pytest.approx(-60.0, abs=3.0)
 
 
-@pytest.mark.parametrize("days", [10, 45, 120])
+@pytest.mark.parametrize("days", slow_after(2, [10, 120, 45]))
 def test_old_elements_accuse_no_zone(days):
     """Right stamps, elements older by days: node and phase are far off, the second look finds
     both."""
