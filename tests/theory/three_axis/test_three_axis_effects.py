@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 
 from torquer.computer.laws.wheel_pd import WheelPd
 from torquer.theory.three_axis.effects import (
+    Loop,
     decay_s,
     make_loop,
     relative_to_mean,
@@ -122,3 +123,11 @@ def test_static_imbalance_is_the_mean_over_places_of_the_wheel():
     found = shaken(J, [axis], 0.0, size, distance)
     expected = turns.T @ turns / len(turns)
     assert found == pytest.approx(expected, rel=0.03, abs=0.03 * np.abs(expected).max())
+
+
+def test_a_loop_that_grows_beyond_all_numbers_does_not_decay():
+    """Of a body whose axis has next to no inertia: its numbers end before the run does."""
+    steps = np.tile(10.0 * np.eye(6), (400, 1, 1))
+    loop = Loop(np.arange(400.0), steps, *(None,) * 6)
+    with np.errstate(all="ignore"), pytest.raises(ArithmeticError, match="they do not"):
+        decay_s(loop)

@@ -97,6 +97,8 @@ def decay_s(loop: Loop) -> float:
     x = np.eye(6)
     for k in range(len(loop.steps)):
         x = loop.steps[k] @ x
+        if not np.isfinite(x).all():
+            break
         if k % 16 == 0 and np.linalg.norm(x, 2) < _LEFT:
             return float(loop.t_s[k])
     raise ArithmeticError(
