@@ -64,11 +64,11 @@ def _pass_notes(scenario: Scenario, use: Use) -> Iterator[str]:
 
 
 def _greatest_pass_rate(scenario: Scenario) -> float:
-    """Greatest rate [rad/s] of the direction to a place that lies below, in a revolution.
+    """Greatest rate [rad/s] of the direction to a place that lies below, during the run.
 
     The ground's own motion is left out: it changes the rate by 7 % at most.
     """
-    t_s = np.linspace(0.0, scenario.orbit.period_s, _POINTS, endpoint=False)
+    t_s = np.linspace(0.0, min(scenario.orbit.period_s, scenario.length_s), _POINTS)
     r, v = scenario.orbit_environment().state(t_s)
     height, speed = np.linalg.norm(r, axis=1) - EARTH_RADIUS_M, np.linalg.norm(v, axis=1)
     return float(np.max(np.where(height > _LOW_M, speed / np.maximum(height, _LOW_M), 0.0)))
