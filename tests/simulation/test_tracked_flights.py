@@ -85,6 +85,7 @@ def test_a_run_knows_how_the_earth_stands_at_its_start():
     law = make_blocks(scenario).laws["look"]
     found = scenario.orbit_environment().dcm_to_ecef(np.zeros(1))[0]
     assert np.array_equal(law.values()["to_ecef"], found)
+    assert law.fixed == {"to_ecef"}  # no command may set it
 
 
 def test_resumed_it_has_the_same_bits(whole):
