@@ -45,3 +45,16 @@ def test_its_sampling_and_its_momentum_are_judged_as_other_laws_are():
     )
     weak = EXAMPLE.replace("spacecraft.wheels.momentum_limit_n_m_s", 0.001)
     assert any("a slew at greatest_rate_deg_s = 1 may take" in note for note in write_notes(weak))
+
+
+@pytest.mark.parametrize(("raan_deg", "said"), [(0.0, True), (337.5, False), (90.0, False)])
+def test_targets_along_one_line_are_said(raan_deg, said):
+    """At the equinox the Sun is at the node of an orbit with its ascending node at 0 deg."""
+    keys = {"target": "nadir", "second_target": "sun", "latitude_deg": None, "longitude_deg": None}
+    look = EXAMPLE.control.laws["look"].model_dump(mode="json") | keys
+    scenario = EXAMPLE.replace("control.laws.look", look).replace("orbit.raan_deg", raan_deg)
+    lead = "look: its targets (nadir and sun) come within "
+    found = [note for note in tracking_notes(scenario) if note.startswith(lead)]
+    assert len(found) == said
+    if said:
+        assert float(found[0].removeprefix(lead).split()[0]) < 2.0

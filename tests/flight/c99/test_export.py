@@ -22,8 +22,8 @@ EXAMPLES = Path(__file__).parents[3] / "examples"
 NAMES = sorted(path.stem for path in EXAMPLES.glob("*.toml"))
 #: Those of which other tests build an export, and smaller siblings of the others.
 BUILT_ELSEWHERE = {
-    "chibis_m_day", "chibis_m_detumble", "magneto_gyro_micro", "my_law", "safe_mode",
-    "tip_off_campaign", "turn_to_the_sun", "which_sensors",
+    "chibis_m_day", "chibis_m_detumble", "looks_at_a_station", "magneto_gyro_micro", "my_law",
+    "safe_mode", "tip_off_campaign", "turn_to_the_sun", "which_sensors",
 }  # fmt: skip
 #: Those that take long to fly with all that they simulate.
 LONG = {"chibis_m_flight", "disturbances"}

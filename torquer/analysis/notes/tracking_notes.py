@@ -16,14 +16,21 @@ from torquer.spacecraft.wheel_array.envelope import momentum_envelope, torque_en
 _BEND = 0.65
 #: Height below which there is no pass over a place [m].
 _LOW_M = 1e5
-_POINTS = 64
+_POINTS = 256
+#: Angle [deg] between two targets, or one and the other's opposite, below which the turn about the
+#: first is fast.
+_NEAR_DEG = 5.0
 
 
 def tracking_notes(scenario: Scenario) -> list[str]:
     """Notes on every law of this kind, one line each."""
     if scenario.spacecraft.wheels is None:
         return []
-    checks = {"the torque of its slews": _slew_notes, "passes over the place": _pass_notes}
+    checks = {
+        "the torque of its slews": _slew_notes,
+        "passes over the place": _pass_notes,
+        "targets along one line": _line_notes,
+    }
     return [*notes_on_laws(scenario, checks)]
 
 
@@ -63,12 +70,45 @@ def _pass_notes(scenario: Scenario, use: Use) -> Iterator[str]:
         )
 
 
+def _line_notes(scenario: Scenario, use: Use) -> Iterator[str]:
+    """Whether the two targets come close to one line, where the turn about the axis is open."""
+    if not isinstance(use.law, WheelTracking):
+        return
+    (target, second), (a, b) = use.law.targets, _directions(scenario, use.law)
+    across = np.linalg.norm(np.cross(a, b), axis=1)
+    near = np.degrees(np.arcsin(np.min(np.minimum(across, 1.0))))
+    if near < _NEAR_DEG:
+        yield (
+            f"its targets ({target} and {second}) come within {near:.2g} deg of one line: there "
+            "the body must turn fast about the axis, or slew; choose a second target off the first"
+        )
+
+
+def _directions(scenario: Scenario, law: WheelTracking) -> list[np.ndarray]:
+    """Unit vectors (n, 3) to both targets during the run; for a place on the ground the nadir."""
+    t_s, around = _times(scenario), scenario.orbit_environment()
+    r, v = around.state(t_s)
+    named = {
+        "nadir": -r, "ground": -r, "velocity": v, "orbit_normal": np.cross(r, v),
+        "sun": around.sun(t_s) - r,
+    }  # fmt: skip
+    found = [
+        named[each] if isinstance(each, str) else np.broadcast_to(each, r.shape)
+        for each in law.targets
+    ]
+    return [each / np.linalg.norm(each, axis=1, keepdims=True) for each in found]
+
+
+def _times(scenario: Scenario) -> np.ndarray:
+    """Times [s] over a revolution, or the run where that is shorter."""
+    return np.linspace(0.0, min(scenario.orbit.period_s, scenario.length_s), _POINTS)
+
+
 def _greatest_pass_rate(scenario: Scenario) -> float:
-    """Greatest rate [rad/s] of the direction to a place that lies below, in a revolution.
+    """Greatest rate [rad/s] of the direction to a place that lies below, during the run.
 
     The ground's own motion is left out: it changes the rate by 7 % at most.
     """
-    t_s = np.linspace(0.0, scenario.orbit.period_s, _POINTS, endpoint=False)
-    r, v = scenario.orbit_environment().state(t_s)
+    r, v = scenario.orbit_environment().state(_times(scenario))
     height, speed = np.linalg.norm(r, axis=1) - EARTH_RADIUS_M, np.linalg.norm(v, axis=1)
     return float(np.max(np.where(height > _LOW_M, speed / np.maximum(height, _LOW_M), 0.0)))

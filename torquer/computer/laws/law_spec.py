@@ -36,4 +36,5 @@ class LawSpec(Spec):
             self.kind, cls.kernel, parameters, self.memory, self.log, self.needs,
             spec=self, answers=self.answers, states=self.states, earth=self.earth,
             waits_for=self.needs - self.bears,
+            fixed=frozenset({self.earth} if self.earth else ()),
         )  # fmt: skip
