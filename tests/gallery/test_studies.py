@@ -120,6 +120,9 @@ def test_what_the_page_says_of_six_laws():
         share, error = shares[law]
         of_theirs = math.sqrt(published * (100 - published) / 100.0)
         assert abs(share - published) <= math.hypot(error, of_theirs), law
+    low = {law: non_monotonic.hours_of("low inclination", law) for law in non_monotonic.LAWS}
+    assert np.isfinite(low.pop("non-monotonic")).any()
+    assert not any(np.isfinite(hours).any() for hours in low.values())
     assert min(shares, key=shares.get) == "B-cross" and non_monotonic.best_factor("B-cross") < 1.0
 
 
