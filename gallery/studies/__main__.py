@@ -8,11 +8,11 @@ import argparse
 from pathlib import Path
 
 from gallery.drawing import save_small
-from gallery.studies import bar_magnet_page, pocketqube_page
+from gallery.studies import bar_magnet_page, non_monotonic_page, pocketqube_page
 from gallery.studies.flying import store
 
 DOCS = Path(__file__).parents[2] / "docs"
-_PAGES = (pocketqube_page, bar_magnet_page)
+_PAGES = (pocketqube_page, non_monotonic_page, bar_magnet_page)
 STUDIES = {page.STUDY.name: page.STUDY for page in _PAGES}
 HEAD = """# Published studies, flown again
 
@@ -20,9 +20,10 @@ HEAD = """# Published studies, flown again
 published numbers depend on their steps, and which do not. Each study flies with its published
 models and steps, then with converged ones. Figures are facts of the sources; text and code are
 ours. The results stand beside the scripts in `gallery/studies/`, with date and version. An
-independent code flies a member of each over an hour (`tests/gallery/test_studies.py`). `python -m
-gallery.studies STUDY CASE --members 1000` flies a case again, with as many members as you like:
-a standard error falls with the root of their number.
+independent code flies a member of each over an hour
+(`tests/gallery/test_studies_independent.py`). `python -m gallery.studies STUDY CASE --members
+1000` flies a case again, with as many members as you like: a standard error falls with the root
+of their number.
 """
 
 

@@ -89,10 +89,9 @@ def fly_on_limiting_curves(q, w, field, field_s, step_s, magnet, rods, moments, 
 
 def with_rods(count: int, quaternion=None):
     """The example with so many rods on each of two axes, from a first attitude or its own."""
-    found = {f"spacecraft.hysteresis_rods[{k}].count": count for k in range(2)}
-    if quaternion is not None:
-        found["initial.quaternion"] = list(quaternion)
-    return with_values(EXAMPLE, found)
+    rods = {f"spacecraft.hysteresis_rods[{k}].count": count for k in range(2)}
+    first = {} if quaternion is None else {"initial.quaternion": list(quaternion)}
+    return with_values(EXAMPLE, {**rods, **first})
 
 
 def angle_on_limiting_curves(scenario, step_s: float) -> np.ndarray:

@@ -1,130 +1,26 @@
-"""Studies of others: members flown by an independent code, and stored results flown again."""
+"""Studies of others: stored results flown again, and what the page says of them."""
 
 import math
 from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
-from gallery.studies import pocketqube, pocketqube_page
-from gallery.studies.__main__ import page as made_page
+from gallery.studies import (
+    bar_magnet,
+    bar_magnet_page,
+    non_monotonic,
+    non_monotonic_page,
+    pocketqube,
+    pocketqube_page,
+)
+from gallery.studies.__main__ import STUDIES, main, page as made_page
 from gallery.studies.flying import read
+from gallery.studies.lanes import hours_below
 from torquer.compile import engine
-from torquer.scenario.change import with_values
 from torquer.scenario.load import load_scenario
-from torquer.simulation.setup.simulate import simulate
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
-HOUR_S, SAMPLE_S = 3600.0, 0.25
-
-
-class Plain:
-    """A member in plain NumPy: rigid body, field, law, without a line of the simulator's motion."""
-
-    def __init__(self, scenario, length_s):
-        craft, law = scenario.spacecraft, scenario.control.law
-        self.inertia = np.diag(craft.body.inertia_kg_m2)
-        self.residual, self.bias = craft.coils.residual_dipole_a_m2, craft.magnetometer.bias_nt
-        self.residual, self.bias = np.array(self.residual), 1e-9 * np.array(self.bias)
-        self.gain, self.full = law.parameters["gain_a_m2_t_s"], law.parameters["full_a_m2"]
-        self.weighted = law.parameters["weighted"]
-        self.before, self.turning, self.dipole = None, np.full(3, 0.25), np.zeros(3)
-        t_s = np.arange(0.0, length_s + SAMPLE_S, 0.5 * SAMPLE_S)
-        self.samples = round(length_s / SAMPLE_S)
-        around = scenario.orbit_environment()
-        self.field = around.field(t_s, *around.state(t_s))
-        self.start = np.array([*scenario.initial.quaternion,
-                               *np.radians(scenario.initial.rate_deg_s)])  # fmt: skip
-
-    def in_body(self, state, b):
-        x, y, z, w = state[:4] / np.linalg.norm(state[:4])
-        to_inertial = np.array([
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ])  # fmt: skip
-        return to_inertial.T @ b
-
-    def command(self, b):
-        """The published law on a new sample [T]."""
-        b = b + self.bias
-        unit, size = b / np.linalg.norm(b), np.linalg.norm(b)
-        rate = np.zeros(3) if self.before is None else (unit - self.before) / SAMPLE_S
-        if self.before is not None:
-            self.turning += (0.5 * SAMPLE_S * np.abs(rate) - self.turning) / 200.0
-        self.before = unit
-        weight = 16.0 * np.linalg.norm(self.turning) + 1.0 - math.sqrt(3.0) * 16.0 * 0.065 / 8.0
-        wanted = -self.gain / (weight if self.weighted else 1.0) * rate / size
-        on_s = 0.6 * SAMPLE_S * np.minimum(1.0, np.abs(wanted) / self.full)
-        self.dipole = np.sign(wanted) * (on_s - 0.01) * self.full / SAMPLE_S
-
-    def derivative(self, state, b_inertial):
-        x, y, z, w, p, q, r = state.tolist()
-        (bx, by, bz), (mx, my, mz) = self.in_body(state, b_inertial), self.dipole + self.residual
-        jx, jy, jz = self.inertia
-        return [
-            0.5 * (w * p + y * r - z * q), 0.5 * (w * q + z * p - x * r),
-            0.5 * (w * r + x * q - y * p), -0.5 * (x * p + y * q + z * r),
-            (my * bz - mz * by - (jz - jy) * q * r) / jx,
-            (mz * bx - mx * bz - (jx - jz) * r * p) / jy,
-            (mx * by - my * bx - (jy - jx) * p * q) / jz,
-        ]  # fmt: skip
-
-    def flown(self):
-        """State at the end."""
-        state = self.start
-        for k in range(self.samples):
-            self.command(self.in_body(state, self.field[2 * k]))
-            state = self.over_a_sample(state, k)
-            state[:4] /= np.linalg.norm(state[:4])
-        return state
-
-    def over_a_sample(self, state, k):
-        """By DOP853 of SciPy to 1e-13; the field by a parabola through three points."""
-        a, m, e = self.field[2 * k : 2 * k + 3]
-
-        def at(t, y):
-            s = t / SAMPLE_S
-            b = a * (1 - s) * (1 - 2 * s) + 4 * m * s * (1 - s) + e * s * (2 * s - 1)
-            return self.derivative(y, b)
-
-        found = solve_ivp(at, (0.0, SAMPLE_S), state, "DOP853", rtol=1e-13, atol=1e-15)
-        return found.y[:, -1]
-
-
-def by_the_simulator(law, length_s):
-    """A member without noise, flown for some time [s]: the scenario, and the state at the end."""
-    scenario = with_values(
-        pocketqube.members("converged", law, 4)[3],
-        {
-            "spacecraft.magnetometer.noise_nt": 0.0,
-            "spacecraft.magnetometer.resolution_nt": 0.0,
-            "simulation.revolutions": None,
-            "simulation.duration_s": length_s,
-            "simulation.integrator": "auto",
-            "simulation.step_s": None,
-            "simulation.tolerance_deg": 1e-9,
-        },
-    )
-    last = simulate(scenario).isel(time=-1)
-    return scenario, np.r_[last["q_body_to_inertial"].values, last["omega_body"].values]
-
-
-def apart(one, other) -> tuple[float, float]:
-    """Angle [rad] between two attitudes, and the difference of rates over the rate."""
-    angle = 2.0 * math.acos(min(1.0, abs(float(one[:4] @ other[:4]))))
-    return angle, float(np.linalg.norm(one[4:] - other[4:]) / np.linalg.norm(one[4:]))
-
-
-@pytest.mark.parametrize(("law", "length_s", "most"), [
-    ("plain", 60.0, 1e-9), ("weighted", 60.0, 1e-9),
-    pytest.param("plain", HOUR_S, 1e-6, marks=pytest.mark.slow),
-])  # fmt: skip
-def test_a_member_by_an_independent_code(law, length_s, most):
-    scenario, end = by_the_simulator(law, length_s)
-    angle, rate = apart(end, Plain(scenario, length_s).flown())
-    assert rate < most and angle < max(most, 1e-7)  # an arc cosine of 1 has half the digits
 
 
 @pytest.mark.slow
@@ -183,3 +79,66 @@ def test_draws_follow_the_published_distributions():
     assert pocketqube.gain_a_m2_t_s(nominal.orbit, 0.0002642766798576922) == pytest.approx(
         1.2073916906534135e-06, rel=1e-8
     )
+
+
+@pytest.mark.parametrize("study", STUDIES.values(), ids=lambda study: study.name)
+def test_every_case_was_flown(study):
+    flown = read(study.name)["cases"]
+    assert flown.keys() == study.cases.keys()
+    assert all(case["rows"] and case["torquer"] for case in flown.values())
+
+
+def test_a_case_that_there_is_not_is_refused(capsys):
+    with pytest.raises(SystemExit) as refused:
+        main(["bar_magnet", "no such case"])
+    assert refused.value.code == 2
+    assert "case: must be one of limiting curves" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", ["B-cross", "non-monotonic"])
+def test_stored_starts_of_the_six_laws_fly_again(law):
+    case = non_monotonic.CASES["no noise"]
+    starts = {key: values[:2] for key, values in non_monotonic.table(1, case).items()}
+    found = hours_below(non_monotonic.of_orbit(1, law, case), starts, non_monotonic.LEFT)
+    stored = non_monotonic.hours_of("no noise", law)[1, :2]
+    assert np.array(found, dtype=float) == pytest.approx(stored, rel=0.02, nan_ok=True)
+
+
+def test_what_the_page_says_of_six_laws():
+    for case in ("no noise", "noise", "isotropic", "residual dipole", "1 Hz"):
+        hours = {law: non_monotonic.hours_of(case, law) for law in non_monotonic.LAWS}
+        page = non_monotonic_page
+
+        def rank(law, hours=hours, page=page):
+            return page.share(hours[law])[0], -page.half_after(hours[law])[0]
+
+        assert max(hours, key=rank) == "non-monotonic", case
+    found = {law: non_monotonic.hours_of("no noise", law) for law in non_monotonic.LAWS}
+    shares = {law: non_monotonic_page.share(hours) for law, hours in found.items()}
+    for law, (published, _) in non_monotonic_page.PUBLISHED.items():
+        share, error = shares[law]
+        of_theirs = math.sqrt(published * (100 - published) / 100.0)
+        assert abs(share - published) <= math.hypot(error, of_theirs), law
+    low = {law: non_monotonic.hours_of("low inclination", law) for law in non_monotonic.LAWS}
+    assert np.isfinite(low.pop("non-monotonic")).any()
+    assert not any(np.isfinite(hours).any() for hours in low.values())
+    assert min(shares, key=shares.get) == "B-cross" and non_monotonic.best_factor("B-cross") < 1.0
+
+
+def test_share_and_median_of_known_times():
+    hours = np.array([[0.5, 1.0], [1.5, np.nan]])
+    assert non_monotonic_page.share(hours) == pytest.approx((75.0, 25.0))
+    assert non_monotonic_page.half_after(hours)[0] == 1.0
+    assert non_monotonic_page.half_after(np.full((2, 3), np.nan))[0] == np.inf
+
+
+@pytest.mark.parametrize("count", bar_magnet.COUNTS)
+def test_the_published_time_lies_among_those_of_the_limiting_curves(count):
+    """6.5 days; the number of rods and the start are not known."""
+    days = bar_magnet.days_of("limiting curves", count)
+    assert days.min() < bar_magnet_page.PUBLISHED_DAYS < days.max() < 14.0
+    assert not np.isfinite(bar_magnet.days_of("loops within", count)).all()
+    scenario = bar_magnet.with_rods(count, bar_magnet.first_attitude(0))
+    found = bar_magnet.days_to_settle(bar_magnet.angle_on_limiting_curves(scenario, 0.5))
+    assert found == pytest.approx(days[0], abs=0.2)
