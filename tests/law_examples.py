@@ -7,6 +7,30 @@ EXAMPLES = {
     "bdot_rate": {"gain_a_m2_s_per_t": 1e5},
     "bdot_derivative": {"gain_a_m2_s_per_t": 1e5},
     "bdot_model": {"gain_a_m2_s_per_t": 1e5},
+    "bdot_normalised": {"gain_n_m_s": 2e-4},
+    "bdot_weighted": {
+        "gain_n_m_s": 2e-4,
+        "weight_s": 2.0,
+        "reference_deg_s": 3.7,
+        "averaging_s": 50.0,
+    },
+    "bcross": {
+        "least_inertia_kg_m2": 1.49,
+        "orbit_rate_deg_s": 0.063,
+        "field_inclination_deg": 75.0,
+    },
+    "momentum_projection": {
+        "gain_per_s": 5e-3,
+        "inertia_kg_m2": [[1.49, 0.054, 0.0442], [0.054, 1.51, 0.0], [0.0442, 0.0, 1.56]],
+    },
+    "non_monotonic": {
+        "gain_a_m2_per_n_m_s": 60.0,
+        "inertia_kg_m2": [[1.49, 0.054, 0.0442], [0.054, 1.51, 0.0], [0.0442, 0.0, 1.56]],
+    },
+    "non_monotonic_derivative": {
+        "gain_a_m2_per_n_m_s": 60.0,
+        "inertia_kg_m2": [[1.49, 0.054, 0.0442], [0.054, 1.51, 0.0], [0.0442, 0.0, 1.56]],
+    },
     "sdot": {"gain_a_m2_s": 6e3},
     "sdot_rate": {"gain_a_m2_s": 6e3},
     "sun_cross": {"gain_n_m": 1e-4, "axis": [0.0, 0.6, 0.8]},

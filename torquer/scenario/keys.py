@@ -31,6 +31,7 @@ UNITS = {
     "a": "A", "ohm": "ohm", "ppm": "ppm", "h": "h", "days": "days",
     "a_m2_s": "A m² s", "a_m2_s_per_t": "A m² s/T", "a_m2_per_t": "A m²/T",
     "a_m2_per_n_m_s_t": "A m²/(N m s T)", "n_m_s_per_t2": "N m s/T²", "n_m_per_t2": "N m/T²",
+    "a_m2_per_n_m_s": "A m²/(N m s)",
 }  # fmt: skip
 #: Keys whose name does not state their unit.
 _UNITS_OF_KEYS = {"b0": "T", "held_at_year": "year", "viscous_friction_n_m_s": "N m s"}

@@ -12,8 +12,8 @@ A law is a function `(inputs, parameters, memory)`:
 import functools
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import dataclass, field, replace
+from typing import Literal, Self
 
 from torquer.base.user_source import attributes_read
 from torquer.compile.engine import inlined
@@ -33,6 +33,9 @@ _ALL = tuple(device.need for device in _ON_DEMAND)
 _READINGS = {device.given: (device.need,) for device in _ON_DEMAND} | dict.fromkeys(
     ("read_at",), _ALL
 )
+_NAN3 = (math.nan, math.nan, math.nan)
+#: What a user's law may ask of the satellite, as parameters: not known before a scenario is.
+OF_SATELLITE = {"inertia_kg_m2": (_NAN3, _NAN3, _NAN3), "coil_limits_a_m2": _NAN3}
 #: Estimate of a law in its memory: whether there is one (1 or 0), attitude (quaternion of the body
 #: to the inertial frame), absolute rate in body axes [rad/s].
 NOTHING_STATED = (0.0,) * 8
@@ -90,12 +93,27 @@ class Law(Block):
     law states an estimate of its own, as `NOTHING_STATED`. `earth`: the parameter that a run sets
     to the matrix (rows) from inertial to Earth-fixed axes at its start. `waits_for`: what of its
     `needs` must be finite numbers for it to be called; a user's law sees what sensors read.
+    `satellite`: its parameters that are those of the satellite, of `OF_SATELLITE`, unless they are
+    given.
     """
 
     answers: Literal["dipole", "torque", "command"] = "dipole"
     states: str | None = None
     earth: str | None = None
     waits_for: frozenset[str] = frozenset({"attitude", "rate"})
+    satellite: tuple[str, ...] = field(default=(), kw_only=True)
+
+    def filled(self, satellite: Callable[[str], tuple]) -> Self:
+        """This law with what it asks of the satellite, but for parameters that are given.
+
+        `satellite(name)`: those of `OF_SATELLITE`.
+        """
+        known = self.values()
+        missing = [name for name in self.satellite if _is_missing(known[name])]
+        if not missing:
+            return self
+        values = {name: satellite(name) for name in missing}
+        return replace(self, parameters=self.parameters._replace(**values))
 
     @property
     def kind(self) -> Kind:
@@ -127,6 +145,13 @@ class Law(Block):
     def drives_wheels(self) -> bool:
         """Whether the law may ask for a torque of the wheels."""
         return self.answers != "dipole"
+
+
+def _is_missing(value) -> bool:
+    """Whether a parameter is none yet; columns of many members are."""
+    while isinstance(value, tuple):
+        value = value[0]
+    return isinstance(value, float) and math.isnan(value)
 
 
 def as_law(law_or_function, name: str = "law") -> Law:
@@ -161,6 +186,7 @@ def law(
     log: Mapping[str, str] | None = None,
     needs: tuple[str, ...] = (),
     answers: Literal["dipole", "torque", "command"] = "dipole",
+    satellite: tuple[str, ...] = (),
     compiled: bool = True,
 ):
     """Decorator that makes a plain function a control law.
@@ -171,8 +197,11 @@ def law(
     are written to the result. `needs`: "ephemeris" for position, velocity, model field and the
     direction to the Sun; "attitude", "rate" of the estimate, without which the law is not called.
     `answers`: what three returned numbers are, "dipole" or "torque"; "command" for a law that
-    returns `torquer.Command` and drives coils and wheels. `compiled`: False for a law that runs as
-    plain Python (slower).
+    returns `torquer.Command` and drives coils and wheels. `satellite`: what of the satellite the
+    law knows, as parameters of these names: "inertia_kg_m2", three rows, of the body with its
+    wheels; "coil_limits_a_m2", the greatest dipole along each body axis. A scenario may give them
+    among the law's parameters where its computer believes otherwise. `compiled`: False for a law
+    that runs as plain Python (slower).
 
         @torquer.law(parameters={"gain": 4e4}, limits={"gain": (0, 1e6)}, memory={"t_s": 0.0})
         def my_law(inputs, parameters, memory):
@@ -183,20 +212,28 @@ def law(
         "parameters": parameters, "limits": limits, "memory": memory, "log": log, "needs": needs,
     }  # fmt: skip
     if function is None:
-        return functools.partial(law, **options, answers=answers, compiled=compiled)
+        options |= {"answers": answers, "satellite": satellite}
+        return functools.partial(law, **options, compiled=compiled)
     for need in needs:
         if need not in _NEEDS:
             raise ValueError(
                 f"law {function.__name__}: needs must be of {', '.join(_NEEDS)}; received {need!r}"
             )
+    for name in satellite:
+        if name not in OF_SATELLITE or name in (parameters or {}):
+            raise ValueError(
+                f"law {function.__name__}: satellite must be of {', '.join(OF_SATELLITE)}, and "
+                f"not among parameters; received {name!r}"
+            )
     return Law(
         function.__name__,
         function,
-        parameters or (),
+        {**(parameters or {}), **{name: OF_SATELLITE[name] for name in satellite}},
         memory,
         log or {},
         frozenset(needs) | needed_readings(function),
         compiled,
         answers=answers,
         own_limits=limits or {},
+        satellite=tuple(satellite),
     )

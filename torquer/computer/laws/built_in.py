@@ -1,10 +1,14 @@
 """Laws that come with the package: each has its line here."""
 
 from torquer.base.spec import by_kind
+from torquer.computer.laws.bcross import Bcross
 from torquer.computer.laws.bdot import Bdot, BdotDerivative, BdotModel, BdotRate
+from torquer.computer.laws.bdot_normalised import BdotNormalised, BdotWeighted
 from torquer.computer.laws.bias_momentum import BiasMomentum
 from torquer.computer.laws.dipole_trim import DipoleTrim
 from torquer.computer.laws.magneto_gyro.law import MagnetoGyro
+from torquer.computer.laws.momentum_projection import MomentumProjection
+from torquer.computer.laws.non_monotonic import NonMonotonic, NonMonotonicDerivative
 from torquer.computer.laws.nutation_damping import (
     NutationDamping,
     NutationDampingDerivative,
@@ -35,6 +39,12 @@ BuiltIn = (
     | BdotRate
     | BdotDerivative
     | BdotModel
+    | BdotNormalised
+    | BdotWeighted
+    | Bcross
+    | MomentumProjection
+    | NonMonotonic
+    | NonMonotonicDerivative
     | Sdot
     | SdotRate
     | SunCross

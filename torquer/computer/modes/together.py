@@ -9,7 +9,10 @@ from torquer.computer.modes.graph import components, find_edges, reachable
 from torquer.computer.modes.spec import Region, State
 
 #: Kinds of laws that take all rotation away, and of those that make it.
-_BRAKES = ("bdot", "bdot_rate", "bdot_derivative", "bdot_model")
+_BRAKES = (
+    "bdot", "bdot_rate", "bdot_derivative", "bdot_model", "bdot_normalised", "bdot_weighted",
+    "bcross", "momentum_projection", "non_monotonic", "non_monotonic_derivative",
+)  # fmt: skip
 SPINS = ("spin_up", "spin_to_sun")
 
 

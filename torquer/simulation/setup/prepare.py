@@ -1,12 +1,13 @@
 """From a scenario to what the loop takes: plan, integrator, state, record."""
 
+import functools
 import math
 from collections.abc import Callable, Mapping
 from typing import Any, cast
 
 import numpy as np
 
-from torquer.base.columns import array_of, put_numbers
+from torquer.base.columns import array_of, put_numbers, stacked, unstacked
 from torquer.base.computing import by_scenario
 from torquer.base.shared import shared
 from torquer.compile.engine import records
@@ -40,7 +41,7 @@ from torquer.computer.modes.table import (
 )
 from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.maths.geometry.attitudes import to_body
-from torquer.maths.geometry.vec3 import as_matrix
+from torquer.maths.geometry.vec3 import as_matrix, as_vector
 from torquer.maths.integrate.dop853 import workspace
 from torquer.maths.integrate.rk4 import MOST_NUTATION, MOST_TURN
 from torquer.scenario.control import whole_steps
@@ -104,8 +105,9 @@ def with_given(
     their names.
     """
     control = scenario.control
+    of_satellite = functools.partial(_of_satellite, scenario)
     if law is not None:
-        given = {"law": as_law(law, "law")}
+        given = {"law": as_law(law, "law").filled(of_satellite)}
         changed = {"law": _spec(given["law"]), "laws": {}, "modes": None, "estimators": {}}
     elif laws:
         if control.law is not None and control.law.kind != "off":
@@ -113,7 +115,8 @@ def with_given(
                 "laws: must be left out for a scenario with control.law, in whose place only `law` "
                 f"can be given; received {', '.join(laws)}"
             )
-        given = {name: as_law(each, f"laws.{name}") for name, each in laws.items()}
+        made = {name: as_law(each, f"laws.{name}") for name, each in laws.items()}
+        given = {name: each.filled(of_satellite) for name, each in made.items()}
         own = {name: _spec(each) for name, each in given.items()}
         changed = {"law": None, "laws": control.laws | own}
     else:
@@ -132,7 +135,11 @@ def _spec(law: Law):
 def make_blocks(scenario: Scenario, given: Mapping[str, Law] | None = None) -> Blocks:
     """Laws and estimators of a scenario; ValueError if the satellite lacks what they need."""
     control, given = scenario.control, given or {}
-    laws = {name: given.get(name) or spec.law() for name, spec in control.named().laws.items()}
+    of_satellite = functools.partial(_of_satellite, scenario)
+    laws = {
+        name: (given.get(name) or spec.law()).filled(of_satellite)
+        for name, spec in control.named().laws.items()
+    }
     for name, law in laws.items():
         if law.name != "off":
             check_fits(control.key_of(name), law, scenario)
@@ -154,6 +161,16 @@ def make_blocks(scenario: Scenario, given: Mapping[str, Law] | None = None) -> B
 def earth_at_start(around: OrbitEnvironment) -> tuple:
     """Matrix (rows) from inertial to Earth-fixed axes at the start."""
     return as_matrix(around.dcm_to_ecef(np.zeros(1))[0])
+
+
+def _of_satellite(scenario: Scenario, name: str) -> tuple:
+    """What a law asks of the satellite: see `torquer.computer.blocks.law.OF_SATELLITE`."""
+    craft = scenario.spacecraft
+    if name == "inertia_kg_m2":
+        return as_matrix(unstacked(stacked(craft.body.inertia), 2))
+    if craft.coils is None:
+        raise ValueError(f"spacecraft.coils: must be given for a law that asks for {name}")
+    return as_vector(craft.coils.reach_a_m2())
 
 
 def modes_for(scenario: Scenario, blocks: Blocks) -> tuple[ModeTable, ModeState]:

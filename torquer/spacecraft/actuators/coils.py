@@ -368,6 +368,14 @@ class Coils(Spec):
         """Dipole of each coil (n, 3) per component of a commanded vector: the pseudo-inverse."""
         return np.linalg.pinv(np.array(self.axes).T)
 
+    def reach_a_m2(self) -> np.ndarray:
+        """Greatest dipole (3,) [A m^2] along each body axis by itself."""
+        shares = np.abs(self.shares())
+        with np.errstate(divide="ignore"):
+            return np.min(
+                self.limits_a_m2()[:, None] / np.where(shares < 1e-12, 0.0, shares), axis=0
+            )
+
     def pack(self) -> CoilSet:
         """Constants for kernels."""
         axes = np.array(self.axes)

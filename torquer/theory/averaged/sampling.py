@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from torquer.computer.laws.bdot import Bdot, BdotDerivative, BdotModel
+from torquer.computer.laws.bdot_normalised import BdotNormalised
 from torquer.computer.laws.nutation_damping import NutationDamping, NutationDampingDerivative
 from torquer.scenario.spec import Scenario
 from torquer.spacecraft.sensors.attitude_sensor import AttitudeSensor
@@ -12,7 +13,7 @@ from torquer.spacecraft.sensors.magnetometer import Magnetometer
 from torquer.theory.slow.gains import Sampling
 
 #: Laws that take differences of readings.
-DIFFERENCES = (Bdot, NutationDamping)
+DIFFERENCES = (Bdot, BdotNormalised, NutationDamping)
 
 
 def law_sampling(scenario: Scenario, law) -> Sampling:
