@@ -22,8 +22,25 @@ from torquer.cli.translated_help import paragraphs
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "torquer/base/messages"
 #: Tables of texts that are translated where they are shown: all, or one column of their rows.
-TABLES: dict[str, int | None] = {}
-#: What is done in languages, by the code of each, to write a number of things.
+TABLES: dict[str, int | None] = {
+    "torquer.analysis.budget:NAMES": 1,
+    "torquer.analysis.goals:SIGNALS": None,
+    "torquer.report.flight.setting:LABELS": None,
+    "torquer.analysis.summary:_ROWS": 0,
+}
+#: Units of quantities in texts and on axes.
+UNITS = (
+    *("s", "min", "h", "d", "deg", "deg/s", "rpm", "J", "A m²", "coil-seconds"),
+    *(prefix + unit for unit in ("N m", "N m s", "T", "A m²") for prefix in ("", "m", "µ", "n")),
+)
+#: Frames of a reference attitude.
+FRAMES = ("orbital", "inertial", "orbital or inertial")
+#: How a run ended, and how its laws were executed.
+ENDS = ("complete", "stopped", "interrupted", "failed", "compiled")
+ENDS += ("plain Python (slow: not decorated)",)
+_MAKERS = ("message", "translated")
+_IN_TEMPLATES = re.compile(r'\btold\("([^"]+)"\)')
+#: Head of a catalogue, by the code of its language.
 _HEAD = {
     "ru": "Language: ru\nMIME-Version: 1.0\nContent-Type: text/plain; charset=UTF-8\n"
     "Content-Transfer-Encoding: 8bit\n"
@@ -33,7 +50,8 @@ _HEAD = {
 def messages() -> dict[str, str]:
     """Every text that is translated, with the place that it first stands at."""
     found: dict[str, str] = {}
-    for place, text in (*_of_help(()), *_of_cyclopts(), *_of_tables(), *_of_code()):
+    words = (("words", each) for each in (*UNITS, *FRAMES, *ENDS))
+    for place, text in (*_of_help(()), *_of_cyclopts(), *_of_tables(), *_of_code(), *words):
         found.setdefault(text, place)
     return found
 
@@ -61,18 +79,27 @@ def _of_tables() -> Iterator[tuple[str, str]]:
     for home, column in TABLES.items():
         module, name = home.split(":")
         table = getattr(importlib.import_module(module), name)
-        rows = table.values() if isinstance(table, dict) else table
-        yield from ((module, row if column is None else row[column]) for row in rows)
+        rows = table.items() if isinstance(table, dict) else table
+        for row in rows:
+            yield from ((module, each) for each in (row if column is None else (row[column],)))
 
 
 def _of_code() -> Iterator[tuple[str, str]]:
-    """Literal arguments of `translated`."""
+    """Templates of messages: literal first arguments of the functions that make them."""
     for path in sorted((ROOT / "torquer").rglob("*.py")):
         source = path.read_text(encoding="utf-8")
-        for node in ast.walk(ast.parse(source)) if "translated(" in source else ():
-            match node:
-                case ast.Call(ast.Name("translated"), [ast.Constant(str(text)), *_]):
+        nodes = ast.walk(ast.parse(source)) if "base.language" in source else ()
+        for call in sorted((n for n in nodes if isinstance(n, ast.Call)), key=_place):
+            match call:
+                case ast.Call(ast.Name(name), [ast.Constant(str(text)), *_]) if name in _MAKERS:
                     yield path.relative_to(ROOT).as_posix(), text
+    for path in sorted((ROOT / "torquer").rglob("*.html")):
+        for text in _IN_TEMPLATES.findall(path.read_text(encoding="utf-8")):
+            yield path.relative_to(ROOT).as_posix(), text
+
+
+def _place(node: ast.Call) -> tuple[int, int]:
+    return node.lineno, node.col_offset
 
 
 def read(path: Path) -> dict[str, str]:

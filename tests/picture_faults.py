@@ -7,6 +7,8 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
+from torquer.base.language import translated
+
 #: Pixels at the edges of a text's box that have no ink.
 _SLACK = 1.5
 
@@ -54,8 +56,10 @@ def cut_data(figure) -> list[str]:
     On a logarithmic axis what lies decades below all else, rounding errors, may be left out.
     """
     found = []
+    says_so = "cut off", translated("{title} (peaks cut off)", title="").strip()
     for axes in figure.axes:
-        if "cut off" in axes.get_title(loc="left") or axes.name == "3d":
+        title = axes.get_title(loc="left")
+        if any(words in title for words in says_so) or axes.name == "3d":
             continue
         low, high = axes.viewLim.min, axes.viewLim.max
         low = np.where([axes.get_xscale() == "log", axes.get_yscale() == "log"], -np.inf, low)

@@ -16,6 +16,12 @@ PAGES = (
     "docs/satellites",
     *(f"docs/tutorials/{name}" for name in TUTORIALS),
 )
+#: Of the on-board computer, the coils and the checkout: these have one name each.
+OTHER_WORDS = (
+    "\u0431\u0446\u0432\u043c",
+    "\u043c\u0430\u0433\u043d\u0438\u0442\u043e\u0440\u043a",
+    "\u0447\u0435\u043a\u0430\u0443\u0442",
+)
 GLOSSARY = (ROOT / "docs/glossary.md").read_text(encoding="utf-8")
 
 
@@ -75,6 +81,15 @@ def test_both_start_pages_give_the_same_commands_for_their_tasks():
     assert russian == english
     named = {each.strip("`").removeprefix("torquer ") for row in english for each in row}
     assert named <= {*COMMANDS} and len(named) > 9
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_russian_pages_have_dashes_and_one_word_for_a_thing(page):
+    text = (ROOT / f"{page}.ru.md").read_text(encoding="utf-8")
+    text = re.sub(r"```.*?```|`[^`]*`", "", text, flags=re.S)
+    lines = [line for line in text.splitlines() if not line.startswith("|")]
+    assert [line for line in lines if re.search(r"\S - \S", line)] == []
+    assert [word for word in OTHER_WORDS if word in text.lower()] == []
 
 
 def in_english(target: str) -> str:

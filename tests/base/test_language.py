@@ -1,9 +1,13 @@
 """Which language people are shown, and that a text without a translation stays as it is."""
 
+import json
+import pickle
+import re
+
 import pytest
 
 from torquer.base import language
-from torquer.base.language import translated
+from torquer.base.language import joined, message, told, translated
 
 USAGE = "Usage: "
 
@@ -50,3 +54,26 @@ def test_what_has_no_translation_stays(monkeypatch):
     assert translated("") == ""  # whose translation is the catalogue's own head
     assert translated("never said: {count} {{", count=2) == "never said: 2 {"
     assert translated("never said: {") == "never said: {"
+
+
+def test_a_message_is_english_until_it_is_told(monkeypatch):
+    signal = message("rate")
+    limit = message("{signal} below {below:.3g} {unit}", signal=signal, below=0.25, unit="deg/s")
+    both = joined("; ", [limit, "never said"])
+    monkeypatch.setenv("TORQUER_LANG", "ru")
+    assert both == "rate below 0.25 deg/s; never said"
+    assert json.loads(json.dumps({both: both})) == {str(both): str(both)}
+    assert pickle.loads(pickle.dumps(both)).values == both.values
+    shown = told(both)
+    assert shown.endswith("; never said") and "0.25" in shown
+    assert not re.search("rate|below|deg", shown)
+    assert told(shown) == shown  # what is told already stays
+    monkeypatch.setenv("TORQUER_LANG", "en")
+    assert told(both) == both
+
+
+def test_braces_within_values_are_left_alone(monkeypatch):
+    monkeypatch.setenv("TORQUER_LANG", "ru")
+    assert told(message("{kind} {key}", kind="{a}", key="b {")) == "{a} b {"
+    assert told(joined(", ", ["{", "}"])) == "{, }"
+    assert told(joined(", ", [])) == ""

@@ -6,6 +6,7 @@ import numpy as np
 
 from torquer.analysis.attitude import attitude_error_in
 from torquer.analysis.series import Variables, angle_deg
+from torquer.base.language import Message, message
 from torquer.computer.laws.spin_axis import Pointed
 from torquer.maths.geometry.attitudes import to_reference
 from torquer.scenario.held import held_by
@@ -16,6 +17,16 @@ from torquer.scenario.spec import Scenario
 HELD_BY_WHEELS_DEG, HELD_BY_COILS_DEG, POINTED_DEG = 1.0, 10.0, 15.0
 _DAMPING = "bdot"
 _TO_THE_SUN = ("sun_cross", "spin_to_sun")
+
+
+#: What limits are for, as words of a sentence and at the beginning of one.
+SIGNALS = {
+    "rate": "Rate",
+    "rate relative to the orbital frame": "Rate relative to the orbital frame",
+    "attitude error": "Attitude error",
+    "angle to the Sun": "Angle to the Sun",
+    "angle to the target": "Angle to the target",
+}
 
 
 class Goal(NamedTuple):
@@ -31,8 +42,18 @@ class Goal(NamedTuple):
     axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
     target: tuple[float, float, float] | None = None
 
+    @property
+    def in_words(self) -> Message:
+        """The limit as a part of a sentence."""
+        return below_in_words(self.signal, self.below, self.unit)
+
 
 NAMED = "[mission]"
+
+
+def below_in_words(signal: str, below: float, unit: str) -> Message:
+    """A signal below its limit, as a part of a sentence."""
+    return message("{signal} below {below:.3g} {unit}", signal=signal, below=below, unit=unit)
 
 
 def find_goals(scenario: Scenario) -> list[Goal]:
@@ -66,17 +87,22 @@ def _usual(scenario: Scenario) -> list[Goal]:
         known = scenario.control.named().known_laws()
         by_wheels = any(known[name].drives_wheels for name in laws if name in known)
         limit = HELD_BY_WHEELS_DEG if by_wheels else HELD_BY_COILS_DEG
-        why = f"usual for an attitude held by {'wheels' if by_wheels else 'coils'}"
+        why = (
+            message("usual for an attitude held by wheels")
+            if by_wheels
+            else message("usual for an attitude held by coils")
+        )
         return [Goal("attitude error", limit, "deg", why)]
     for spec in laws.values():
         if spec.kind in _TO_THE_SUN or (isinstance(spec, Pointed) and spec.target == "sun"):
-            return [Goal("angle to the Sun", POINTED_DEG, "deg", "usual for coils", spec.axis)]
+            why = message("usual for coils")
+            return [Goal("angle to the Sun", POINTED_DEG, "deg", why, spec.axis)]
         if isinstance(spec, Pointed) and not isinstance(spec.target, str):
-            why, target = "usual for coils", spec.target
+            why, target = message("usual for coils"), spec.target
             return [Goal("angle to the target", POINTED_DEG, "deg", why, spec.axis, target)]
     if any(spec.kind.startswith(_DAMPING) for spec in laws.values()):
         rate = np.degrees(scenario.orbit.rate_rad_s(scenario.start))
-        why = f"{ORBITAL_RATES:g} orbital rates, usual for damping by coils"
+        why = message("{n:g} orbital rates, usual for damping by coils", n=ORBITAL_RATES)
         return [Goal("rate", float(ORBITAL_RATES * rate), "deg/s", why)]
     return []
 

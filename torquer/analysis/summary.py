@@ -9,11 +9,12 @@ import xarray as xr
 from torquer.analysis.attitude import attitude_error_in, with_held
 from torquer.analysis.citations import cited_in_words
 from torquer.analysis.conserved import conserved_quantities, relative_drifts
-from torquer.analysis.goals import Goal, find_goals
+from torquer.analysis.goals import SIGNALS, Goal, find_goals
 from torquer.analysis.mode_use import state_uses
 from torquer.analysis.series import first_at, none_if_never, stays_from
 from torquer.analysis.verdict import clock_text, judge_run, judged_series
 from torquer.analysis.wheel_use import AT_LIMIT, recorded_wheels, zero_crossings
+from torquer.base.language import Message, joined, message, told
 from torquer.base.strict_json import finite_or_none
 from torquer.computer.modes.spec import MAIN
 from torquer.simulation.results.dataset import COMPLETE, flown_laws, flown_scenario
@@ -63,8 +64,8 @@ _ROWS = (
 _KNOWN_OR_LEFT_OUT = ("coil_energy_j",)
 #: What is said where there is no number.
 _WHY_NONE = {
-    "initial_attitude_error_deg": "no attitude held",
-    "final_attitude_error_deg": "no attitude held",
+    "initial_attitude_error_deg": message("no attitude held"),
+    "final_attitude_error_deg": message("no attitude held"),
 }
 
 
@@ -75,7 +76,7 @@ class Summary(dict):
         """The rows in aligned columns; the plain dictionary after keys were taken out."""
         if not {"scenario", "verdict"} <= self.keys():
             return repr(self)
-        rows = summary_rows(self)
+        rows = told_rows(summary_rows(self))
         wide = max(len(label) for label, _ in rows)
         return "\n".join([self["scenario"], *(f"{label:{wide}}  {value}" for label, value in rows)])
 
@@ -84,7 +85,8 @@ class Summary(dict):
         if not {"scenario", "verdict"} <= self.keys():
             return f"<pre>{escape(repr(self))}</pre>"
         cells = (
-            f"<tr><td>{escape(a)}</td><td>{escape(b)}</td></tr>" for a, b in summary_rows(self)
+            f"<tr><td>{escape(a)}</td><td>{escape(b)}</td></tr>"
+            for a, b in told_rows(summary_rows(self))
         )
         return f"<table><caption>{escape(self['scenario'])}</caption>{''.join(cells)}</table>"
 
@@ -266,7 +268,7 @@ def summary_rows(summary: dict, verdict: bool = True) -> list[tuple[str, str]]:
     """
     first = _verdict_rows(summary) if verdict else []
     rows = [
-        (label, _show(summary[key], key, unit))
+        (message(label), _show(summary[key], key, unit))
         for label, key, unit in _ROWS
         if key in summary and not (key in _KNOWN_OR_LEFT_OUT and summary[key] is None)
     ]
@@ -275,42 +277,63 @@ def summary_rows(summary: dict, verdict: bool = True) -> list[tuple[str, str]]:
     return [*first, *rows, *_mode_rows(summary.get("modes", {}))]
 
 
+def told_rows(rows: list[tuple[str, str]]) -> list[tuple[str, str]]:
+    """Labels and values in the language of the reader."""
+    return [(told(label), told(value)) for label, value in rows]
+
+
 def _verdict_rows(summary: dict) -> list[tuple[str, str]]:
     """Whether the run met its goals: the verdict, and every limit."""
     verdict = summary["verdict"]
-    rows = [("Verdict", verdict["headline"])]
+    rows: list[tuple[str, str]] = [(message("Verdict"), verdict["headline"])]
     for goal in verdict["goals"]:
-        signal = goal["signal"][0].upper() + goal["signal"][1:]
-        label = f"{signal} below {goal['below']:.4g} {goal['unit']}"
+        label = message(
+            "{signal} below {below:.4g} {unit}: first at",
+            signal=SIGNALS[goal["signal"]],
+            below=goal["below"],
+            unit=goal["unit"],
+        )
         rows += [
-            (f"{label}: first at", time_or_never(goal["first_s"])),
-            ("  stays below from", time_or_never(goal["stays_from_s"])),
+            (label, time_or_never(goal["first_s"])),
+            (message("  stays below from"), time_or_never(goal["stays_from_s"])),
         ]
         if goal["times_above"]:
-            rows.append(("  above it again", f"{goal['times_above']} times{_residual(goal)}"))
+            rows.append((message("  above it again"), _times_above(goal)))
     return rows
 
 
-def _residual(goal: dict) -> str:
+def _times_above(goal: dict) -> Message:
+    times = message("{count} times", count=goal["times_above"])
     if not goal["within_residual"]:
-        return ""
+        return times
     low, high = goal["residual"]
-    return f": the limit lies within the residual motion, {low:.3g}..{high:.3g} {goal['unit']}"
+    within = message(
+        "the limit lies within the residual motion, {low:.3g}..{high:.3g} {unit}",
+        low=low,
+        high=high,
+        unit=goal["unit"],
+    )
+    return joined(": ", [times, within])
 
 
 def _mode_rows(modes: dict) -> list[tuple[str, str]]:
     """Share of the time that each region spent in its states, the largest first."""
-    rows, unchanged = [], {}
+    rows: list[tuple[str, str]] = []
+    unchanged = {}
     for region, uses in modes.items():
         entered = ((state, use["share"]) for state, use in uses.items() if use["entries"])
         used = sorted(entered, key=lambda item: -item[1])
         if region != MAIN and len(used) == 1:
             unchanged[region] = uses
             continue
-        label = "Time by mode" if region == MAIN else f"Time by mode of {region}"
+        label = (
+            message("Time by mode")
+            if region == MAIN
+            else message("Time by mode of {region}", region=region)
+        )
         rows.append((label, ", ".join(f"{state} {share:.1%}" for state, share in used)))
     line = unchanged_in_words(unchanged)
-    return [*rows, *([("Unchanged throughout", line)] if unchanged else [])]
+    return [*rows, *([(message("Unchanged throughout"), line)] if unchanged else [])]
 
 
 def unchanged_in_words(modes: dict) -> str:
@@ -321,17 +344,19 @@ def unchanged_in_words(modes: dict) -> str:
     return ", ".join(f"{region}: {' '.join(entered)}" for region, entered in states.items())
 
 
-def time_or_never(t_s: float | None) -> str:
+def time_or_never(t_s: float | None) -> Message:
     """A time [s] in words."""
-    return "never" if t_s is None else _show(t_s, "", "s")
+    return message("never") if t_s is None else _show(t_s, "", "s")
 
 
-def _show(value, key: str, unit: str) -> str:
+def _show(value, key: str, unit: str) -> Message:
     if value is None:
-        return _WHY_NONE.get(key, "not reached in this run")
+        return _WHY_NONE.get(key) or message("not reached in this run")
     if unit == "%":
-        return f"{100.0 * value:.4g} %"
+        return message("{value:.4g} %", value=100.0 * value)
     whole = isinstance(value, int) or (unit == "s" and value >= 1000.0)
-    shown = f"{value:.0f} {unit}" if whole else f"{value:.4g} {unit}"
-    longer = f" ({clock_text(value)})" if unit == "s" and value >= 600.0 else ""
-    return shown.rstrip() + longer
+    number = f"{value:.0f}" if whole else f"{value:.4g}"
+    shown = message("{number} {unit}", number=number, unit=unit) if unit else message(number)
+    if unit == "s" and value >= 600.0:
+        return message("{time} ({clock})", time=shown, clock=clock_text(value))
+    return shown

@@ -2,10 +2,11 @@
 
 import numpy as np
 
-from torquer.analysis.goals import NAMED, Goal, goal_signal
+from torquer.analysis.goals import NAMED, Goal, below_in_words, goal_signal
 from torquer.analysis.residual import Residual, find_residual
 from torquer.analysis.series import Variables, first_at, none_if_never, stays_from, times_above
 from torquer.analysis.wheel_use import AT_LIMIT, recorded_wheels
+from torquer.base.language import Message, joined, message
 from torquer.base.strict_json import finite_or_none
 from torquer.scenario.spec import Scenario
 from torquer.spacecraft.actuators.coils import Coils
@@ -97,18 +98,23 @@ def _judge(goal: Goal, t, signal, revolution_s: float, within_s: float | None) -
 def limits_met(t, found: dict[str, np.ndarray], settled: float | None) -> list[str]:
     """Actuators at their limits, before the goals were reached or in the whole run."""
     whole = settled is None or settled <= t[0]
-    when, early = ("the run", t <= t[-1]) if whole else ("the time until then", t <= settled)
+    early = t <= (t[-1] if whole else settled)
     named = (
-        ("coil_share", "a coil was at its limit"),
-        ("share", "a wheel was at its momentum limit"),
-        ("torque_share", "a wheel's motor was at its torque limit"),
+        ("coil_share", message("a coil was at its limit")),
+        ("share", message("a wheel was at its momentum limit")),
+        ("torque_share", message("a wheel's motor was at its torque limit")),
     )
-    lines = []
-    for key, words in named:
+    lines: list[str] = []
+    for key, what in named:
         if key in found:
             part = float(np.mean(found[key][early] >= AT_LIMIT))
             if part >= _WORTH_TELLING:
-                lines.append(f"{words} in {100.0 * part:.0f} % of {when}")
+                given = {"what": what, "percent": 100.0 * part}
+                lines.append(
+                    message("{what} in {percent:.0f} % of the run", **given)
+                    if whole
+                    else message("{what} in {percent:.0f} % of the time until then", **given)
+                )
     return lines
 
 
@@ -119,75 +125,119 @@ def _unused_coils(judged: list[dict], found: dict[str, np.ndarray]) -> list[str]
     most = float(np.max(found["coil_share"]))
     if most >= _MUCH:
         return []
-    return [f"no recorded dipole of a coil exceeds {100.0 * most:.2g} % of its limit"]
+    return [
+        message(
+            "no recorded dipole of a coil exceeds {percent:.2g} % of its limit",
+            percent=100.0 * most,
+        )
+    ]
 
 
-def _headline(judged: list[dict], unjudged: list[Goal], done, settled, complete: bool) -> str:
+def _headline(judged: list[dict], unjudged: list[Goal], done, settled, complete: bool) -> Message:
     if not complete:
-        return "No verdict: the run did not reach its end."
+        return message("No verdict: the run did not reach its end.")
     if not judged and unjudged:
-        what = ", ".join(f"{goal.signal} below {goal.below:.3g} {goal.unit}" for goal in unjudged)
-        return f"No verdict: {what} cannot be judged, as no built-in law held an attitude."
+        what = joined(", ", [goal.in_words for goal in unjudged])
+        return message(
+            "No verdict: {what} cannot be judged, as no built-in law held an attitude.", what=what
+        )
     if not judged:
-        return f"No verdict: the scenario gives no limits in {NAMED}, and its laws imply none."
-    if done is None:
-        failures = "; ".join(_failure(each) for each in judged if not each["done"])
-        return f"No verdict (no limits in {NAMED}). The usual limit was not met: {failures}."
+        return message(
+            "No verdict: the scenario gives no limits in {table}, and its laws imply none.",
+            table=NAMED,
+        )
     if done:
-        what = ", ".join(f"{each['signal']} below {_limit(each)}" for each in judged)
-        before = [words for each in judged if (words := again_in_words(each))]
-        once = f" ({'; '.join(before)})" if before else ""
-        return f"Achieved: {what} from {clock_text(settled)} to the end{once}."
-    return "Not achieved: " + "; ".join(_failure(each) for each in judged if not each["done"]) + "."
+        return _achieved(judged, settled)
+    failures = joined("; ", [_failure(each) for each in judged if not each["done"]])
+    if done is None:
+        return message(
+            "No verdict (no limits in {table}). The usual limit was not met: {failures}.",
+            table=NAMED,
+            failures=failures,
+        )
+    return message("Not achieved: {failures}.", failures=failures)
 
 
-def _failure(each: dict) -> str:
-    signal, limit, final = each["signal"], _limit(each), value_or_none(each, "final")
+def _achieved(judged: list[dict], settled: float) -> Message:
+    given = {"what": joined(", ", map(_below, judged)), "time": clock_text(settled)}
+    before = [words for each in judged if (words := again_in_words(each))]
+    if not before:
+        return message("Achieved: {what} from {time} to the end.", **given)
+    once = joined("; ", before)
+    return message("Achieved: {what} from {time} to the end ({once}).", once=once, **given)
+
+
+def _below(each: dict) -> Message:
+    return below_in_words(each["signal"], each["below"], each["unit"])
+
+
+def _failure(each: dict) -> Message:
+    given = {"what": _below(each), "final": value_or_none(each, "final")}
     if each["first_s"] is None:
-        return f"{signal} never below {limit}, {final} at the end"
+        return message("{signal} never below {limit}, {final} at the end",
+                       signal=each["signal"], limit=_limit(each), final=given["final"])  # fmt: skip
     words = again_in_words(each)
     if each["stays_from_s"] is None:
-        first = clock_text(each["first_s"])
-        within = f" ({words.partition(': ')[2]})" if each["within_residual"] else ""
-        return f"{signal} first below {limit} at {first}, but {final} at the end{within}"
-    late, wanted = clock_text(each["stays_from_s"]), clock_text(each["within_s"])
-    return f"{signal} below {limit} from {late} only, later than {wanted}" + (
-        f" ({words})" if words else ""
-    )
+        given |= {"first": clock_text(each["first_s"]), "signal": each["signal"]}
+        given |= {"limit": _limit(each)}
+        if not each["within_residual"]:
+            return message(
+                "{signal} first below {limit} at {first}, but {final} at the end", **given
+            )
+        return message(
+            "{signal} first below {limit} at {first}, but {final} at the end ({within})",
+            within=_within_residual(each),
+            **given,
+        )
+    given |= {"late": clock_text(each["stays_from_s"]), "wanted": clock_text(each["within_s"])}
+    if not words:
+        return message("{what} from {late} only, later than {wanted}", **given)
+    return message("{what} from {late} only, later than {wanted} ({again})", again=words, **given)
 
 
-def value_or_none(each: dict, key: str) -> str:
+def value_or_none(each: dict, key: str) -> Message:
     """A value of a judged goal with its unit; where there was none, that no attitude was held."""
-    return "no attitude held" if each[key] is None else f"{each[key]:.3g} {each['unit']}"
+    if each[key] is None:
+        return message("no attitude held")
+    return message("{value:.3g} {unit}", value=each[key], unit=each["unit"])
 
 
-def again_in_words(each: dict) -> str:
-    """When a signal was first below its limit, if it was above it again; "" if it was not.
+def again_in_words(each: dict) -> Message | None:
+    """When a signal was first below its limit, if it was above it again; None if it was not.
 
     And that the limit lies within the residual motion, where it does.
     """
-    if not each["times_above"]:
-        return ""
     count = each["times_above"]
-    often = "once" if count == 1 else f"{count} times"
-    words = f"first below {_limit(each)} at {clock_text(each['first_s'])}, above it {often} since"
-    if not each["within_residual"]:
-        return words
+    if not count:
+        return None
+    given = {"limit": _limit(each), "time": clock_text(each["first_s"])}
+    words = (
+        message("first below {limit} at {time}, above it once since", **given)
+        if count == 1
+        else message(
+            "first below {limit} at {time}, above it {count} times since", **given, count=count
+        )
+    )
+    return joined(": ", [words, _within_residual(each)]) if each["within_residual"] else words
+
+
+def _within_residual(each: dict) -> Message:
     residual = Residual(*each["residual"])
-    return (
-        f"{words}: the limit lies within the residual motion, {residual.low:.3g}.."
-        f"{residual.high:.3g} {each['unit']} in the last two revolutions"
+    return message(
+        "the limit lies within the residual motion, {low:.3g}..{high:.3g} {unit} in the last two "
+        "revolutions",
+        low=residual.low,
+        high=residual.high,
+        unit=each["unit"],
     )
 
 
-def _limit(each: dict) -> str:
-    return f"{each['below']:.3g} {each['unit']}"
+def _limit(each: dict) -> Message:
+    return message("{value:.3g} {unit}", value=each["below"], unit=each["unit"])
 
 
-def clock_text(t_s: float) -> str:
+def clock_text(t_s: float) -> Message:
     """A time since the start, in a suitable unit."""
-    if t_s < 120.0:
-        return f"{t_s:.3g} s"
-    if t_s < 7200.0:
-        return f"{t_s / 60.0:.3g} min"
-    return f"{t_s / 3600.0:.3g} h" if t_s < 4 * 86400.0 else f"{t_s / 86400.0:.3g} d"
+    units = ((120.0, 1.0, "s"), (7200.0, 60.0, "min"), (4 * 86400.0, 3600.0, "h"))
+    length, unit = next(((s, name) for most, s, name in units if t_s < most), (86400.0, "d"))
+    return message("{value:.3g} {unit}", value=t_s / length, unit=unit)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from torquer.analysis.series import Variables
+from torquer.base.language import joined, message
 from torquer.scenario.spec import Scenario
 from torquer.spacecraft.actuators.reaction_wheels import ReactionWheels
 from torquer.spacecraft.wheel_array.envelope import momentum_envelope
@@ -86,11 +87,13 @@ class FlownWheels:
         """(Time [s], event) until the end: failures of wheels and their detection."""
         happened: dict[float, list[str]] = {}
         for failure in self.spec.failures:
-            happened.setdefault(failure.time_s, []).append(f"wheel {failure.wheel} fails")
+            happened.setdefault(failure.time_s, []).append(
+                message("wheel {number} fails", number=failure.wheel)
+            )
             if failure.noticed_after_s > 0.0:
                 detected = happened.setdefault(failure.time_s + failure.noticed_after_s, [])
-                detected.append(f"wheel {failure.wheel}: failure detected")
-        return [(t, ", ".join(events)) for t, events in sorted(happened.items()) if t <= end_s]
+                detected.append(message("wheel {number}: failure detected", number=failure.wheel))
+        return [(t, joined(", ", events)) for t, events in sorted(happened.items()) if t <= end_s]
 
 
 def zero_crossings(spin_sign: np.ndarray) -> int:

@@ -1,13 +1,14 @@
 """The language of what people read: English, the source, or one that a catalogue translates to.
 
-Only texts for people are translated. What programs read is English in any language: JSON, result
-files, CSV, keys, logs, messages of errors. Catalogues are `messages/*.po`; `docs/catalogue.py`
+Only texts for people are translated, where they are shown (`told`); until then a text is English
+(`message`). What programs read is English in any language: JSON, result files, CSV, keys, logs,
+errors. Catalogues are `messages/*.po`; `docs/catalogue.py`
 finds what is to be translated and compiles them.
 """
 
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -36,13 +37,44 @@ def language(environment: Mapping[str, str] = os.environ) -> str:
     return code if code in TRANSLATED else ENGLISH
 
 
-def translated(text: str, **values: object) -> str:
-    """A text in the language of the moment, itself where it has no translation; with `values`
-    put in for its `{names}`."""
+class Message(str):
+    """English text that remembers how it was made, so that it can be told in other languages.
+
+    Programs that take it, and files that store it, have the English text.
+    """
+
+    template: str
+    values: Mapping[str, object]
+
+
+def message(template: str, **values: object) -> Message:
+    """A text for people, in English, with `values` put in for the `{names}` of its template."""
+    made = Message(template.format_map(values) if values else template)
+    made.template, made.values = template, values
+    return made
+
+
+def joined(between: str, texts: Iterable[str]) -> Message:
+    """Texts as one, each told for itself."""
+    named = {f"text_{number}": text for number, text in enumerate(texts)}
+    return message(between.join(f"{{{name}}}" for name in named), **named)
+
+
+def told(text: str) -> str:
+    """A text in the language of the moment, with all that was put into it; itself in English or
+    where it has no translation."""
     code = language()
-    if code != ENGLISH and text:
-        text = catalogue(code).gettext(text)
-    return text.format_map(values) if values else text
+    if code == ENGLISH or not text:
+        return text
+    words = catalogue(code).gettext(getattr(text, "template", text))
+    given = getattr(text, "values", {})
+    inner = {name: told(each) if isinstance(each, str) else each for name, each in given.items()}
+    return words.format_map(inner) if inner else words
+
+
+def translated(template: str, **values: object) -> str:
+    """A message, told at once."""
+    return told(message(template, **values))
 
 
 @cache

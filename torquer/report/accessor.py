@@ -17,7 +17,7 @@ import xarray as xr
 
 from torquer.analysis import derived
 from torquer.analysis.citations import citations
-from torquer.analysis.summary import summarise, summary_rows
+from torquer.analysis.summary import summarise, summary_rows, told_rows
 from torquer.analysis.table import to_dataframe
 from torquer.scenario.spec import Scenario
 from torquer.simulation.results.dataset import flown_laws, flown_scenario
@@ -94,7 +94,7 @@ class Torquer:
 
         rows = "".join(
             f"<tr><th>{escape(label)}</th><td>{escape(value)}</td></tr>"
-            for label, value in summary_rows(self.summary)
+            for label, value in told_rows(summary_rows(self.summary))
         )
         picture = image(self.plot.overview(), "Overview of the run")
         return f"<h4>{escape(self.scenario.name)}</h4><table>{rows}</table>{picture}"

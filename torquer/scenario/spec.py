@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, PlainSerializer, model_validator
 
 from torquer.base.columns import stacked, unstacked
+from torquer.base.language import message
 from torquer.base.shared import shared
 from torquer.base.spec import Spec
 from torquer.base.time import parse_utc, utc_text
@@ -192,8 +193,12 @@ class Simulation(Spec):
     def in_words(self) -> str:
         """The integrator and its steps or its tolerance."""
         if self.step_s is not None:
-            return f"{self.integrator}, steps of {self.step_s:g} s"
-        return f"steps with errors below {self.tolerance_deg:g} deg a revolution"
+            return message(
+                "{integrator}, steps of {step:g} s", integrator=self.integrator, step=self.step_s
+            )
+        return message(
+            "steps with errors below {tolerance:g} deg a revolution", tolerance=self.tolerance_deg
+        )
 
     def error_rates(self, period_s: float) -> tuple[float, float]:
         """Error that steps may add to the attitude [rad] and to the rate [rad/s] in a second.

@@ -98,12 +98,12 @@ def run_scenario(scenario, how: RunOptions) -> int:
     if how.json:
         print(json_text(summary))
     else:
-        from torquer.analysis.summary import summary_rows
+        from torquer.analysis.summary import summary_rows, told_rows
 
         made = {"report.html": not how.no_report, "page.pdf": how.page, "plots/": how.plots}
         made["paper/"] = how.figure is not None
         files = ("result.nc", "summary.json", *(name for name, is_made in made.items() if is_made))
-        show_summary(summary["scenario"], summary_rows(summary), out, *files)
+        show_summary(summary["scenario"], told_rows(summary_rows(summary)), out, *files)
     for note in run_notes(result):
         print_note(note)
     if stopped:

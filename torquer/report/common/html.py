@@ -15,6 +15,8 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
+from torquer.base.language import ENGLISH
+
 #: Type of a script that holds a packed text.
 PACKED = "application/gzip"
 #: gzip's format, which every browser since 2023 unpacks (`DecompressionStream`).
@@ -29,6 +31,7 @@ _POLICY = Markup(
 
 def page(template: str, title: str, interactive: bool = True, **data) -> str:
     """A whole page of a template, with its style; scripts unless no figure is interactive."""
+    data = {"language": ENGLISH} | data
     data |= {"css": _file("page.css"), "policy": _POLICY, "title": title}
     data |= {"library": _library() if interactive else "", "packed_type": PACKED}
     data["script"] = _file("page.js")

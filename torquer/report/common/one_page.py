@@ -6,7 +6,7 @@ and the page says how much.
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
@@ -17,6 +17,7 @@ from matplotlib.gridspec import GridSpec
 from matplotlib.lines import Line2D
 from matplotlib.textpath import TextToPath
 
+from torquer.base.language import message
 from torquer.report.common.colours import GREEN, RED
 from torquer.report.common.figure import DPI, FAINT, INK, Sheet, save_pdf
 
@@ -53,7 +54,9 @@ class Page:
     """What stands on a page; `look`: "done", "missed" or "open", the colour of the verdict.
 
     `numbers`, `models`: labels and values; two leading spaces set a label in. `table`: numbers of
-    many columns, a row of labels and one of units first.
+    many columns, a row of labels and one of units first. `tell`: what puts all of it, and the
+    page's own words, into the language of the reader; pages whose texts have no translations
+    leave it.
     """
 
     title: str
@@ -66,6 +69,18 @@ class Page:
     sources: Sequence[str]
     notes: Sequence[str] = ()
     table: Sequence[Sequence[str]] = ()
+    tell: Callable[[str], str] = str
+
+    def told(self) -> "Page":
+        """The page in the language of the reader; models are told by their keys."""
+        tell = self.tell
+        return replace(
+            self,
+            question=tell(self.question),
+            verdict=tell(self.verdict),
+            numbers=[(tell(label), tell(value)) for label, value in self.numbers],
+            notes=[tell(note) for note in self.notes],
+        )
 
 
 class _Line(NamedTuple):
@@ -86,9 +101,10 @@ class _Line(NamedTuple):
 def draw_page(page: Page) -> Sheet:
     """The page as a figure; `savefig("page.pdf")` writes it."""
     figure = Sheet(figsize=(WIDTH, HEIGHT), dpi=DPI, facecolor="white", layout="constrained")
-    head, table = _head(page), _table(page.table)
+    page = page.told()
+    head, table = _head(page), _table(page.table, page.tell)
     sources = [f"[{number}] {source}" for number, source in enumerate(page.sources, 1)]
-    below = _listed("Sources", sources, _SOURCES, "source")
+    below = _listed(page.tell(message("Sources")), sources, _SOURCES, "source", page.tell)
     top, bottom = MARGIN + _tall(head), HEIGHT - MARGIN - _tall(below)
     columns = _columns(page, bottom - top - _tall(table) - _PLOTS - 4.0 * _BETWEEN)
     under = bottom - _BETWEEN - max(map(_tall, columns))
@@ -121,29 +137,38 @@ def _head(page: Page) -> list[_Line]:
         *(_Line(text, _TITLE, bold=True) for text in title),
         *(_Line(text, _HEAD) for text in question),
         *(_Line(text, _HEAD, bold=True, colour=colour) for text in verdict),
-        *_listed("", [f"- {note}" for note in page.notes], _NOTES, "note"),
+        *_listed("", [f"- {note}" for note in page.notes], _NOTES, "note", page.tell),
     ]
 
 
-def _listed(title: str, texts: Sequence[str], tall: float, kind: str) -> list[_Line]:
+def _listed(title: str, texts: Sequence[str], tall: float, kind: str, tell) -> list[_Line]:
     """A title and texts, one below the other, as many as fit into a height [inch]."""
     blocks = [[_Line(x) for x in _wrap(text, _WIDE, _TEXT, False, _MOST[kind])] for text in texts]
-    return _fitting([_Line(title, _HEAD, bold=True)] if title and texts else [], blocks, tall)
+    head = [_Line(title, _HEAD, bold=True)] if title and texts else []
+    return _fitting(head, blocks, tall, tell)
 
 
 def _columns(page: Page, tall: float) -> list[list[_Line]]:
     """Numbers beside models; models alone in both columns."""
+    tell = page.tell
+    numbers, models = tell(message("Numbers")), tell(message("Models"))
     if page.numbers:
-        return [_column("Numbers", page.numbers, tall), _column("Models", page.models, tall)]
+        return [
+            _column(numbers, page.numbers, tall, tell),
+            _column(models, page.models, tall, tell),
+        ]
     half = -(-len(page.models) // 2)
-    return [_column("Models", page.models[:half], tall), _column(" ", page.models[half:], tall)]
+    return [
+        _column(models, page.models[:half], tall, tell),
+        _column(" ", page.models[half:], tall, tell),
+    ]
 
 
-def _column(title: str, rows: Sequence[tuple[str, str]], tall: float) -> list[_Line]:
+def _column(title: str, rows: Sequence[tuple[str, str]], tall: float, tell) -> list[_Line]:
     """A title and rows of labels and values, as many as fit."""
     widest = max((width_of(label, _TEXT) for label, _ in rows), default=0.0)
     at = min(widest + 2.0 * _APART, _LABELS * _COLUMN)
-    return _fitting([_Line(title, _HEAD, bold=True)], [_row(*row, at) for row in rows], tall)
+    return _fitting([_Line(title, _HEAD, bold=True)], [_row(*row, at) for row in rows], tall, tell)
 
 
 def _row(label: str, value: str, at: float) -> list[_Line]:
@@ -160,7 +185,7 @@ def _row(label: str, value: str, at: float) -> list[_Line]:
     return lines
 
 
-def _table(table: Sequence[Sequence[str]]) -> list[_Line]:
+def _table(table: Sequence[Sequence[str]], tell) -> list[_Line]:
     """Rows of cells, the first two of them labels and units; as many columns and rows as fit."""
     if not table:
         return []
@@ -176,11 +201,14 @@ def _table(table: Sequence[Sequence[str]]) -> list[_Line]:
         ]
         for number, row in enumerate(table)
     ]
-    title = "Numbers" if shown == len(ends) else f"Numbers, without {len(ends) - shown} columns"
-    return _fitting([_Line(title, _HEAD, bold=True), *lines[0], *lines[1]], lines[2:], _TABLE)
+    title = message("Numbers")
+    if shown < len(ends):
+        title = message("Numbers, without {count} columns", count=len(ends) - shown)
+    head = [_Line(tell(title), _HEAD, bold=True), *lines[0], *lines[1]]
+    return _fitting(head, lines[2:], _TABLE, tell)
 
 
-def _fitting(head: list[_Line], blocks: Sequence[list[_Line]], tall: float) -> list[_Line]:
+def _fitting(head: list[_Line], blocks: Sequence[list[_Line]], tall: float, tell) -> list[_Line]:
     """The blocks that fit below a head, and how many do not."""
     left, whole = len(blocks), _tall([*head, *chain(*blocks)])
     found, more = [*head], _Line("").height
@@ -189,7 +217,8 @@ def _fitting(head: list[_Line], blocks: Sequence[list[_Line]], tall: float) -> l
             break
         found += block
         left -= 1
-    return [*found, *([_Line(f"… and {left} more", colour=_PALE)] if left else [])]
+    more_left = tell(message("… and {count} more", count=left))
+    return [*found, *([_Line(more_left, colour=_PALE)] if left else [])]
 
 
 def _write(figure: Sheet, lines: Sequence[_Line], left: float, top: float) -> None:

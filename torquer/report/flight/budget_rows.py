@@ -3,10 +3,14 @@
 import numpy as np
 
 from torquer.analysis.budget import NAMES, Budget, budget_rows, models_as_plain
+from torquer.base.language import message
 from torquer.environment.ephemeris import ModelErrors
 from torquer.report.common.scales import choose_prefix
 
-HEAD = ("", "mean x", "y", "z", "RMS x", "y", "z", "RMS", "greatest", "of coils")
+HEAD = (
+    *("", message("mean x"), "y", "z", message("RMS x"), "y", "z", message("RMS")),
+    *(message("greatest"), message("of coils")),
+)
 
 
 def budget_table(budget: Budget) -> tuple[str, list[tuple[str, ...]]]:
@@ -20,7 +24,7 @@ def budget_table(budget: Budget) -> tuple[str, list[tuple[str, ...]]]:
     for name, row in rows.items():
         numbers = (*row.mean_n_m, *row.rms_n_m, row.rms_size_n_m, row.greatest_size_n_m)
         share = "" if row.share is None else f"{_show(100.0 * row.share)} %"
-        table.append((NAMES[name], *(_show(factor * number) for number in numbers), share))
+        table.append((message(NAMES[name]), *(_show(factor * number) for number in numbers), share))
     return unit, table
 
 
@@ -49,7 +53,10 @@ def reach_in_words(budget: Budget) -> str:
         return ""
     factor, unit = choose_prefix(reach, "N m")
     mean, least = factor * reach.mean(), factor * reach.min()
-    return (
-        f"The coils can give {mean:.3g} {unit} on average in any direction across the field, "
-        f"{least:.3g} {unit} at least."
+    return message(
+        "The coils can give {mean:.3g} {unit} on average in any direction across the field, "
+        "{least:.3g} {unit} at least.",
+        mean=mean,
+        least=least,
+        unit=unit,
     )

@@ -13,12 +13,13 @@ from matplotlib.figure import Figure
 from torquer.analysis.attitude import find_attitude_error
 from torquer.analysis.derived import rate_size
 from torquer.analysis.side_by_side import differences, distinct_names
-from torquer.analysis.summary import summarise, summary_rows
+from torquer.analysis.summary import summarise, summary_rows, told_rows
 from torquer.analysis.wheel_use import recorded_wheels
+from torquer.base.language import message, translated
 from torquer.report.common.colours import RUNS
 from torquer.report.common.figure import image, place, sheet
 from torquer.report.common.scales import choose_prefix
-from torquer.report.flight.panels.panel import Panel, mean_line
+from torquer.report.flight.panels.panel import Panel, mean_line, told_panel
 from torquer.report.flight.png import draw_panel
 from torquer.report.flight.view import View, make_view
 
@@ -40,8 +41,9 @@ class Comparison:
     """Keys whose values differ between the scenarios, with the value of each run."""
 
     def rows(self) -> list[tuple[str, ...]]:
-        """The key numbers as rows of a table: label, then a value of each run."""
-        shown = [_number(summary_rows(summary)) for summary in self.summaries]
+        """The key numbers as rows of a table, in the language of the reader: label, then a value of
+        each run."""
+        shown = [_number(told_rows(summary_rows(summary))) for summary in self.summaries]
         labels = dict.fromkeys(label for rows in shown for label in rows)
         return [(label[0], *(rows.get(label, "") for rows in shown)) for label in labels]
 
@@ -54,7 +56,8 @@ class Comparison:
         figure = sheet(_WIDE, height, " · ".join(self.names))
         for k, panel in enumerate(panels):
             top = _HEAD + k * (_PANEL + _BETWEEN)
-            draw_panel(place(figure, _LEFT, top, _WIDE - _LEFT - 0.3, _PANEL), longest, panel)
+            axes = place(figure, _LEFT, top, _WIDE - _LEFT - 0.3, _PANEL)
+            draw_panel(axes, longest, told_panel(panel))
         return figure
 
     def as_plain(self) -> dict:
@@ -94,7 +97,7 @@ def compare(*results: xr.Dataset, names: Sequence[str] | None = None) -> Compari
 
 
 def _text(value) -> str:
-    return "not given" if value is None else str(value)
+    return translated("not given") if value is None else str(value)
 
 
 def _number(rows: list[tuple[str, str]]) -> dict[tuple[str, int], str]:
@@ -123,17 +126,26 @@ def _panels(names, views: list[View]) -> list[Panel]:
     momenta = [np.linalg.norm(view.values("momentum_inertial"), axis=1) for view in views]
     factor, unit = choose_prefix(np.concatenate(momenta), "N m s")
     panels = [
-        _panel(names, views, rates, "Absolute rate", "|ω| [deg/s]"),
-        _panel(names, views, [factor * m for m in momenta], "Angular momentum", f"|L| [{unit}]"),
+        _panel(
+            names, views, rates, message("Absolute rate"), message("|ω| [{unit}]", unit="deg/s")
+        ),
+        _panel(
+            names,
+            views,
+            [factor * m for m in momenta],
+            message("Angular momentum"),
+            message("|L| [{unit}]", unit=unit),
+        ),
     ]
     errors = [find_attitude_error(view.result) for view in views]
     known = [error.angle_deg for error in errors if error is not None]
     if len(known) == len(views):
-        panels.insert(0, _panel(names, views, known, "Attitude error angle", "[deg]"))
+        title, label = message("Attitude error angle"), message("[{unit}]", unit="deg")
+        panels.insert(0, _panel(names, views, known, title, label))
     wheels = [recorded_wheels(view.result, view.scenario) for view in views]
     if all(each is not None for each in wheels):
         shares = [100.0 * each.momentum_shares.max(axis=1) for each in wheels if each is not None]
-        title = "Most loaded wheel, share of its momentum limit"
+        title = message("Most loaded wheel, share of its momentum limit")
         panels.append(_panel(names, views, shares, title, "[%]", log=False))
     return panels
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from torquer.base.language import told, translated
 from torquer.report.common.colours import RED
 from torquer.report.common.interactive import axis, figure, pack_numbers, point
 from torquer.report.common.scales import clock_for, split_where_wrapped
@@ -26,8 +27,12 @@ def track_figure(view: View) -> dict:
     split = split_where_wrapped(
         lon[::stride], lat[::stride], sunlit_fraction[::stride], view.t_s[::stride] / clock.seconds
     )
-    hover = f"%{{y:.1f}}°, %{{x:.1f}}°<br>%{{customdata:.1f}} {clock.unit}"
-    for label, colour, lit_here in (("sunlit", SUNLIT, True), ("in eclipse", DARK, False)):
+    hover = f"%{{y:.1f}}°, %{{x:.1f}}°<br>%{{customdata:.1f}} {told(clock.unit)}"
+    named = (
+        (translated("sunlit"), SUNLIT, True),
+        (translated("in eclipse"), DARK, False),
+    )
+    for label, colour, lit_here in named:
         mask = (split[2] >= 0.5) if lit_here else (split[2] < 0.5)
         if mask.any():
             x, y, t = only_where(mask, split[0], split[1], split[3])
@@ -44,12 +49,17 @@ def track_figure(view: View) -> dict:
                 }
             )
     ring = {"color": "#222222", "width": 2}
-    for label, row, symbol in (("start", 0, "circle"), ("end", -1, "square")):
+    for label, row, symbol in (
+        (translated("start"), 0, "circle"),
+        (translated("end"), -1, "square"),
+    ):
         marker = {"symbol": symbol, "size": 11, "color": "white", "line": ring}
         data.append(point(float(lon[row]), float(lat[row]), label, **marker))
     keys = {"dtick": 30, "constrain": "domain"}
-    x_axis = axis("longitude [deg]", range=[-180, 180], **keys)
-    y_axis = axis("latitude [deg]", range=[-90, 90], scaleanchor="x", **keys)
+    x_axis = axis(translated("longitude [{unit}]", unit="deg"), range=[-180, 180], **keys)
+    y_axis = axis(
+        translated("latitude [{unit}]", unit="deg"), range=[-90, 90], scaleanchor="x", **keys
+    )
     return figure(data, TRACK_PX, x_axis, y_axis, hovermode="closest")
 
 
@@ -74,14 +84,14 @@ def _field_contours(lon, lat, strength) -> dict:
         "zmin": float(strength.min()),
         "zmax": float(strength.max()),
         "colorbar": {
-            "title": {"text": "|B| [µT]"},
+            "title": {"text": translated("|B| [{unit}]", unit="µT")},
             "thickness": 12,
             "len": 0.8,
             "dtick": 5,
             "x": 1.01,
             "outlinewidth": 0,
         },
-        "hovertemplate": "|B| %{z:.1f} µT<extra></extra>",
+        "hovertemplate": f"|B| %{{z:.1f}} {told('µT')}<extra></extra>",
     }
 
 

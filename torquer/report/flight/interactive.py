@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from torquer.base.language import told, translated
 from torquer.report.common.interactive import (
     MARGIN_PX,
     MOST_BANDS,
@@ -36,12 +37,12 @@ def panel_figure(view: View, panel: Panel) -> dict:
     night = _BANDS.get(panel.bands_label, NIGHT)
     bands = panel.bands if len(panel.bands) <= MOST_BANDS else ()
     if bands:
-        data.append(square(panel.bands_label, night))
+        data.append(square(told(panel.bands_label), night))
     x_range = [began / clock.seconds, ended / clock.seconds]
     levels, notes = _levels(panel)
     marks, labels = _marks(panel, x_range, clock.seconds)
     shades = [shade(a / clock.seconds, b / clock.seconds, night) for a, b in bands]
-    x_axis = axis(f"time [{clock.unit}]", range=x_range, hoverformat=".6~g")
+    x_axis = axis(translated("time [{unit}]", unit=clock.unit), range=x_range, hoverformat=".6~g")
     y_axis = axis(panel.y_label, hoverformat=".4~g", **_y_keys(panel))
     shapes, annotations = [*shades, *levels, *marks], notes + labels
     return figure(data, PANEL_PX, x_axis, y_axis, shapes=shapes, annotations=annotations)

@@ -9,6 +9,7 @@ from torquer.analysis.citations import select_sources
 from torquer.analysis.goals import find_goals
 from torquer.analysis.summary import summary_rows
 from torquer.analysis.verdict import clock_text
+from torquer.base.language import message, told
 from torquer.report.common.figure import place
 from torquer.report.common.models import model_rows
 from torquer.report.common.one_page import Page, Plot
@@ -39,24 +40,31 @@ def run_page(result: xr.Dataset) -> Page:
         models=model_rows(view.scenario),
         sources=[source.in_words() for source in select_sources(result)],
         notes=notes(view),
+        tell=told,
     )
 
 
 def _question(scenario: Scenario) -> str:
     """What the scenario describes, and what it is judged by."""
-    about = scenario.description.strip().rstrip(".")
-    return ". ".join(filter(None, (about, _asked(scenario)))) + "."
+    about, asked = scenario.description.strip().rstrip("."), _asked(scenario)
+    if not about:
+        return message("{asked}.", asked=asked)
+    return message("{about}. {asked}.", about=about, asked=asked)
 
 
 def _asked(scenario: Scenario) -> str:
     found = find_goals(scenario)
-    goals = " and ".join(f"{goal.signal} below {goal.below:.3g} {goal.unit}" for goal in found)
     if not found:
-        return "The scenario gives no limits"
+        return message("The scenario gives no limits")
+    goals: str = found[0].in_words
+    for goal in found[1:]:
+        goals = message("{first} and {second}", first=goals, second=goal.in_words)
     if scenario.mission is None:
-        return f"Judged by: {goals} ({found[0].why})"
-    within_s = scenario.mission.within_s
-    return f"Required: {goals}" + (f" within {clock_text(within_s)}" if within_s else "")
+        return message("Judged by: {goals} ({why})", goals=goals, why=found[0].why)
+    if within_s := scenario.mission.within_s:
+        time = clock_text(within_s)
+        return message("Required: {goals} within {time}", goals=goals, time=time)
+    return message("Required: {goals}", goals=goals)
 
 
 def _draw(part: SubFigure, view: View, panel: Panel) -> None:

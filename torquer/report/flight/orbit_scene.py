@@ -3,6 +3,7 @@
 import numpy as np
 
 from torquer.analysis.field.lines import field_lines
+from torquer.base.language import told, translated
 from torquer.report.common.colours import AXES, GREY, ORANGE, PINK
 from torquer.report.common.space import animate, line
 from torquer.report.flight.scene import spell, units
@@ -29,10 +30,15 @@ def orbit_figure(view: View) -> dict:
     r = view.at("position_inertial", t)
     moving = _moving(view, t, r)
     return animate(
-        [_earth(view, t[0]), _equator(), _line(r / _RADIUS_M, GREY, 3, "orbit"), _sun(view, t[0])],
+        [
+            _earth(view, t[0]),
+            _equator(),
+            _line(r / _RADIUS_M, GREY, 3, translated("orbit")),
+            _sun(view, t[0]),
+        ],
         moving,
         moving[0],
-        [spell(float(at)) for at in t],
+        [told(spell(float(at))) for at in t],
         height_px=_HEIGHT_PX,
         eye=(0.9, 0.9, 0.5),
         axis={},
@@ -55,7 +61,7 @@ def _earth(view: View, t_s: float) -> dict:
     return {
         "type": "surface", "x": x, "y": y, "z": z, "surfacecolor": np.round(light, 3).tolist(),
         "colorscale": _SHADES, "cmin": -1.0, "cmax": 1.0, "showscale": False, "opacity": 1.0,
-        "hoverinfo": "skip", "name": "Earth",
+        "hoverinfo": "skip", "name": translated("Earth"),
         "lighting": {"ambient": 0.9, "diffuse": 0.1, "specular": 0.0},
     }  # fmt: skip
 
@@ -64,15 +70,16 @@ def _equator() -> dict:
     u = np.linspace(0.0, 2.0 * np.pi, 73)
     circle = 1.005 * np.stack([np.cos(u), np.sin(u), np.zeros_like(u)], axis=1)
     axis = [[np.nan] * 3, [0.0, 0.0, 1.0], [0.0, 0.0, 1.25]]
-    return _line([*circle, *axis], "rgba(128,128,128,0.9)", 2, "equator and axis")
+    return _line([*circle, *axis], "rgba(128,128,128,0.9)", 2, translated("equator and axis"))
 
 
 def _sun(view: View, t_s: float) -> dict:
     """From the Earth's surface towards the Sun."""
     sun = units(view.at("sun_inertial", np.array([t_s])))[0]
-    trace = _line([1.0 * sun, _SUN * sun], ORANGE, 4, "Sun")
+    name = translated("Sun")
+    trace = _line([1.0 * sun, _SUN * sun], ORANGE, 4, name)
     return trace | {
-        "mode": "lines+text", "text": ["", "Sun"], "textfont": {"size": 13, "color": ORANGE}
+        "mode": "lines+text", "text": ["", name], "textfont": {"size": 13, "color": ORANGE}
     }  # fmt: skip
 
 
@@ -88,6 +95,6 @@ def _moving(view: View, t, r) -> list[list[dict]]:
         ]
         if lines is not None:
             inside = lines[n][np.isfinite(lines[n, :, 0])] / _RADIUS_M
-            traces.append(_line(inside, PINK, 3, "field line"))
+            traces.append(_line(inside, PINK, 3, translated("field line")))
         found.append(traces)
     return found

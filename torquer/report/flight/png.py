@@ -11,6 +11,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, MultipleLocator
 
 from torquer.analysis.verdict import clock_text
+from torquer.base.language import joined, message, told, translated
 from torquer.report.common.figure import (
     FAINT,
     INK,
@@ -66,7 +67,7 @@ def draw_picture(view: View, picture: Picture) -> Figure:
     """The panels of a picture, one under the other; revolutions below the last whole run."""
     last_whole = max(i for i, panel in enumerate(picture.panels) if panel.window is None)
     counted = view.end_s >= view.revolution_s
-    legend_of_ranges = about_ranges(picture)
+    legend_of_ranges = told(about_ranges(picture))
     sizes = [(_STRIP, _UNDER_STRIP) if panel.bars else (_PLOT, _UNDER) for panel in picture.panels]
     height = _HEAD + sum(_TITLE + tall + under for tall, under in sizes)
     height += (_REVOLUTIONS if counted else 0.0) + (_FOOT if legend_of_ranges else 0.0)
@@ -117,7 +118,7 @@ def draw_panel(axes, view: View, panel: Panel) -> None:
     _set_y(axes, panel)
     _draw_levels(axes, panel)
     _draw_marks(axes, panel.marks, clock)
-    axes.set_xlabel(f"time [{clock.unit}]", fontsize=SMALL, labelpad=1)
+    axes.set_xlabel(translated("time [{unit}]", unit=clock.unit), fontsize=SMALL, labelpad=1)
     axes.set_ylabel(panel.y_label, fontsize=9)
     axes.yaxis.set_label_coords(-0.53 / _inches_wide(axes), 0.5)
     axes.set_title(panel.title, loc="left", y=1.0, fontsize=9.5, color=INK)
@@ -184,7 +185,7 @@ def _draw_bands(axes, panel: Panel, clock):
     axes.broken_barh(
         spans, (0.0, 1.0), transform=axes.get_xaxis_transform(), color=colour, lw=0, zorder=0.5
     )
-    return Patch(color=colour, lw=0, label=panel.bands_label)
+    return Patch(color=colour, lw=0, label=told(panel.bands_label))
 
 
 def _draw_levels(axes, panel: Panel) -> None:
@@ -259,7 +260,7 @@ def _add_revolutions(axes, view: View) -> None:
     unit = view.revolution_s / clock_for(view.end_s).seconds
     both_ways = (lambda x: x / unit, lambda n: n * unit)
     second = axes.secondary_xaxis(-_UNDER / _PLOT, functions=both_ways)
-    second.set_xlabel("revolutions", fontsize=SMALL, labelpad=1)
+    second.set_xlabel(translated("revolutions"), fontsize=SMALL, labelpad=1)
     second.tick_params(labelsize=SMALL, color=FAINT)
     second.spines["bottom"].set_color(FAINT)
     second.xaxis.set_major_locator(MaxNLocator(12, integer=True))
@@ -281,34 +282,46 @@ def draw_overview(view: View) -> Figure:
 def _facts(view: View) -> str:
     """The key numbers in one line."""
     summary, clock = view.summary, clock_for(view.end_s)
-    facts = [f"{view.end_s / clock.seconds:.4g} {clock.unit} simulated"]
+    facts = [
+        message("{time:.4g} {unit} simulated", time=view.end_s / clock.seconds, unit=clock.unit)
+    ]
     if view.attitude_error is None:
+        first, last = summary["initial_rate_deg_s"], summary["final_rate_deg_s"]
         facts.append(
-            f"rate {summary['initial_rate_deg_s']:.3g} → {summary['final_rate_deg_s']:.3g} deg/s"
+            message("rate {first:.3g} → {last:.3g} {unit}", first=first, last=last, unit="deg/s")
         )
     else:
         error = summary["initial_attitude_error_deg"], summary["final_attitude_error_deg"]
-        first, last = ("none" if each is None else f"{each:.3g}" for each in error)
-        facts.append(f"attitude error {first} → {last} deg")
+        first, last = (message("none") if e is None else f"{e:.3g}" for e in error)
+        facts.append(
+            message("attitude error {first} → {last} {unit}", first=first, last=last, unit="deg")
+        )
     facts += [
-        f"below {goal['below']:.3g} {goal['unit']} from {clock_text(goal['stays_from_s'])}"
+        message(
+            "below {below:.3g} {unit} from {time}",
+            below=goal["below"],
+            unit=goal["unit"],
+            time=clock_text(goal["stays_from_s"]),
+        )
         for goal in summary["verdict"]["goals"][:1]
         if goal["stays_from_s"] is not None and view.wheels is None  # else the line is too long
     ]
-    facts.append(f"final momentum {summary['momentum_left_n_m_s']:.3g} N m s")
+    left = summary["momentum_left_n_m_s"]
+    facts.append(message("final momentum {left:.3g} {unit}", left=left, unit="N m s"))
     if view.has_coils:
-        facts.append(f"peak coil dipole {summary['peak_coil_dipole_a_m2']:.3g} A m²")
+        peak = summary["peak_coil_dipole_a_m2"]
+        facts.append(message("peak coil dipole {peak:.3g} {unit}", peak=peak, unit="A m²"))
     if view.wheels is not None:
         share = summary["peak_wheel_momentum_share"]
-        facts.append(f"wheels up to {share:.0%} of their momentum limit")
-    return "   ·   ".join(facts)
+        facts.append(message("wheels up to {share:.0%} of their momentum limit", share=share))
+    return told(joined("   ·   ", facts))
 
 
 def draw_ground_track(view: View) -> Figure:
     """Ground track over a map of the field at the mean altitude."""
     wide = _WIDTH - _LEFT - _RIGHT - 0.5
     height = _MAP_TOP + 0.5 * wide + _MAP_BELOW
-    figure = sheet(_WIDTH, height, f"Ground track · {view.scenario.name}")
+    figure = sheet(_WIDTH, height, f"{translated('Ground track')} · {view.scenario.name}")
     axes = place(figure, _LEFT, _MAP_TOP, wide, 0.5 * wide)
     bar = place(figure, _LEFT + wide + 0.15, _MAP_TOP + 0.3, 0.15, 0.5 * wide - 0.6)
     draw_track(axes, view, bar)
@@ -325,14 +338,14 @@ def draw_track(axes, view: View, bar=None) -> None:
     alone = "o" if len(track["sunlit_fraction"]) < 2 else None
     handles = []
     for label, mask, colour in (
-        ("sunlit", sunlit_fraction >= 0.5, SUNLIT),
-        ("in eclipse", sunlit_fraction < 0.5, DARK),
+        (translated("sunlit"), sunlit_fraction >= 0.5, SUNLIT),
+        (translated("in eclipse"), sunlit_fraction < 0.5, DARK),
     ):
         if mask.any():
             handles += axes.plot(
                 *only_where(mask, lon, lat), lw=width, color=colour, label=label, marker=alone
             )
-    for label, row, marker in (("start", 0, "o"), ("end", -1, "s")):
+    for label, row, marker in ((translated("start"), 0, "o"), (translated("end"), -1, "s")):
         handles += axes.plot(
             track["longitude"][row],
             track["latitude"][row],
@@ -347,8 +360,8 @@ def draw_track(axes, view: View, bar=None) -> None:
     axes.set(xlim=(-180, 180), ylim=(-90, 90), aspect="equal")
     axes.xaxis.set_major_locator(MultipleLocator(30 if bar else 60))
     axes.yaxis.set_major_locator(MultipleLocator(30))
-    axes.set_xlabel("longitude [deg]", fontsize=SMALL)
-    axes.set_ylabel("latitude [deg]", fontsize=SMALL)
+    axes.set_xlabel(translated("longitude [{unit}]", unit="deg"), fontsize=SMALL)
+    axes.set_ylabel(translated("latitude [{unit}]", unit="deg"), fontsize=SMALL)
     legend(axes, handles, handletextpad=0.5)
 
 
@@ -357,7 +370,9 @@ def _draw_field_map(axes, view: View, bar) -> None:
     kind = view.scenario.environment.field.kind
     if grid is None:
         axes.set_title(
-            f"{kind} field: defined along the orbit only, no map", loc="left", fontsize=9.5
+            translated("{kind} field: defined along the orbit only, no map", kind=kind),
+            loc="left",
+            fontsize=9.5,
         )
         if bar:
             bar.remove()
@@ -367,9 +382,12 @@ def _draw_field_map(axes, view: View, bar) -> None:
     marks = np.arange(5, 200, 5)
     lines = axes.contour(lon, lat, strength, marks, colors="#7f98a3", linewidths=0.6, zorder=0.6)
     axes.clabel(lines, lines.levels[:: 1 if bar else 2], fmt="%g", fontsize=7, colors="#4f6873")
-    height = f"{1e-3 * view.values('altitude').mean():.0f} km"
-    axes.set_title(f"|B| [µT] at {height}, {kind}", loc="left", fontsize=9.5, color=INK)
+    height_km = 1e-3 * view.values("altitude").mean()
+    title = translated(
+        "|B| [{unit}] at {height_km:.0f} km, {kind}", unit="µT", height_km=height_km, kind=kind
+    )
+    axes.set_title(title, loc="left", fontsize=9.5, color=INK)
     if bar:
         axes.figure.colorbar(filled, cax=bar, ticks=marks).outline.set_visible(False)
-        bar.set_title("µT", fontsize=SMALL)
+        bar.set_title(told("µT"), fontsize=SMALL)
         bar.tick_params(labelsize=SMALL)

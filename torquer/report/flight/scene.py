@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from torquer.base.language import Message, message, told, translated
 from torquer.report.common.colours import AXES, GREY, ORANGE, PINK, SKY
 from torquer.report.common.scales import clock_for
 from torquer.report.common.space import animate, line, xyz
@@ -39,33 +40,38 @@ def chapters(view: View) -> tuple[Chapter, ...]:
     """
     count, end = _START + _MIDDLE + _END, view.end_s
     if end == 0.0:
-        return (Chapter("The only record", "one instant", np.zeros(1)),)
+        return (Chapter(message("The only record"), message("one instant"), np.zeros(1)),)
     fastest = math.degrees(float(view.rate.max()))
     if fastest * end / (count - 1) <= _EASY_DEG:
-        return (_chapter(view, "Whole run", np.linspace(0.0, end, count)),)
+        return (_chapter(view, message("Whole run"), np.linspace(0.0, end, count)),)
     opening = _opening_s(view)
     closing = _closing_s(view, opening)
-    first = _chapter(view, "Start", np.linspace(0.0, opening, _START))
+    first = _chapter(view, message("Start"), np.linspace(0.0, opening, _START))
     between = np.linspace(opening, end - closing, _MIDDLE + 2)[1:-1]
-    middle = _chapter(view, "Middle", between, "snapshots: the body rotates further between frames")
-    last = _chapter(view, "End", np.linspace(end - closing, end, _END))
+    remark = message("snapshots: the body rotates further between frames")
+    middle = _chapter(view, message("Middle"), between, remark)
+    last = _chapter(view, message("End"), np.linspace(end - closing, end, _END))
     return (first, middle, last)
 
 
-def _chapter(view: View, name: str, t_s, remark: str = "every rotation resolved") -> Chapter:
+def _chapter(
+    view: View, name: str, t_s, remark: str = message("every rotation resolved")
+) -> Chapter:
     """A chapter; at recorded instants only where they are too far apart to interpolate."""
     rows = np.clip(np.searchsorted(view.t_s, [t_s[0], t_s[-1]]), 0, len(view.t_s) - 1)
     if not view.can_follow(max(int(rows[0]) - 1, 0), int(rows[1]) + 1):
         nearest = np.searchsorted(view.t_s, t_s - 0.5 * view.record_s)
         t_s = view.t_s[np.unique(np.clip(nearest, 0, len(view.t_s) - 1))]
-        remark = "records too far apart to resolve each rotation"
+        remark = message("records too far apart to resolve each rotation")
     spacing = (t_s[-1] - t_s[0]) / max(len(t_s) - 1, 1)
-    return Chapter(name, f"frames {spell(spacing, 3)} apart, {remark}", t_s)
+    about = message("frames {time} apart, {remark}", time=spell(spacing, 3), remark=remark)
+    return Chapter(name, about, t_s)
 
 
-def spell(seconds: float, digits: int = 4) -> str:
+def spell(seconds: float, digits: int = 4) -> Message:
     clock = clock_for(seconds)
-    return f"{seconds / clock.seconds:.{digits}g} {clock.unit}"
+    number = f"{seconds / clock.seconds:.{digits}g}"
+    return message("{number} {unit}", number=number, unit=clock.unit)
 
 
 def _opening_s(view: View) -> float:
@@ -96,7 +102,9 @@ def scene_figure(view: View) -> dict:
         moving,
         _full_traces(moving[0]),
         _labels(view, parts),
-        jumps=zip((part.name for part in parts), began, strict=False) if len(parts) > 1 else (),
+        jumps=zip((told(part.name) for part in parts), began, strict=False)
+        if len(parts) > 1
+        else (),
         height_px=_HEIGHT_PX,
         eye=(1.0, 1.0, 0.6),
         axis={"range": [-1.12, 1.12]},
@@ -118,8 +126,8 @@ def _moving(view: View, t) -> list[list[dict]]:
     arrows += [
         ("B", PINK, units(view.at("b_inertial", t)), None),
         ("L", GREY, units(view.at("momentum_inertial", t)), None),
-        ("nadir", SKY, -units(view.at("position_inertial", t)), None),
-        ("Sun", ORANGE, units(view.at("sun_inertial", t)), dark),
+        (message("nadir"), SKY, -units(view.at("position_inertial", t)), None),
+        (message("Sun"), ORANGE, units(view.at("sun_inertial", t)), dark),
     ]
     return [
         [{"type": "mesh3d", **xyz(corners[n])}, *(_arrow(a, n) for a in arrows)]
@@ -155,13 +163,18 @@ def _full_traces(traces: list[dict]) -> list[dict]:
     i, j, k = (column.tolist() for column in _TRIANGLES.T)
     body = {
         **mesh, "i": i, "j": j, "k": k, "color": "#9aa7b0", "opacity": 0.55, "flatshading": True,
-        "hoverinfo": "skip", "name": "body",
+        "hoverinfo": "skip", "name": translated("body"),
     }  # fmt: skip
     labels = {"mode": "lines+markers+text", "textposition": "top center", "hoverinfo": "name"}
     colours = dict(AXES) | {"B": PINK, "nadir": SKY, "Sun": ORANGE}
 
     def text(name: str) -> dict:
-        return {"text": ["", name], "textfont": {"size": 13, "color": colours.get(name, GREY)}}
+        shown = told(name)
+        return {
+            "name": shown,
+            "text": ["", shown],
+            "textfont": {"size": 13, "color": colours.get(name, GREY)},
+        }
 
     return [body, *(arrow | labels | text(arrow["name"]) for arrow in arrows)]
 
@@ -171,20 +184,28 @@ def _great_circles() -> dict:
     u = np.append(np.linspace(0.0, 2.0 * np.pi, 61), np.nan)
     c, s, o = np.cos(u), np.sin(u), np.where(np.isnan(u), np.nan, 0.0)
     points = np.transpose([np.concatenate(parts) for parts in ((c, c, o), (s, o, c), (o, s, s))])
-    return line(points, "rgba(128,128,128,0.7)", 1.5, "inertial planes", hoverinfo="skip")
+    return line(
+        points, "rgba(128,128,128,0.7)", 1.5, translated("inertial planes"), hoverinfo="skip"
+    )
 
 
 def _momentum_path(view: View) -> dict:
     """Where the angular momentum has pointed during the whole run."""
     rows = np.unique(np.linspace(0, len(view.t_s) - 1, 600).astype(int))
     path = units(view.values("momentum_inertial")[rows])
-    return line(path, "rgba(118,118,118,0.7)", 2, "path of L", hoverinfo="skip")
+    return line(path, "rgba(118,118,118,0.7)", 2, translated("path of L"), hoverinfo="skip")
 
 
 def _labels(view: View, parts: tuple[Chapter, ...]) -> list[str]:
     rates = np.degrees(view.rate)
     return [
-        f"{part.name}: {spell(at)}, {np.interp(at, view.t_s, rates):.3g} deg/s"
+        translated(
+            "{name}: {time}, {rate:.3g} {unit}",
+            name=part.name,
+            time=spell(at),
+            rate=np.interp(at, view.t_s, rates),
+            unit="deg/s",
+        )
         for part in parts
         for at in part.t_s
     ]

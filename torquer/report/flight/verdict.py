@@ -3,12 +3,21 @@
 import numpy as np
 
 from torquer.analysis.budget import NAMES, budget_rows
+from torquer.analysis.goals import below_in_words
 from torquer.analysis.summary import time_or_never
 from torquer.analysis.verdict import value_or_none
+from torquer.base.language import Message, message
 from torquer.report.common.scales import choose_prefix
 from torquer.report.flight.view import View
 
-HEAD = ("Limit", "Set by", "First below at", "Stays below from", "At the end", "Last revolution")
+HEAD = (
+    message("Limit"),
+    message("Set by"),
+    message("First below at"),
+    message("Stays below from"),
+    message("At the end"),
+    message("Last revolution"),
+)
 #: Look of a verdict: achieved, not achieved, none.
 LOOKS = {True: "done", False: "missed", None: "open"}
 
@@ -17,7 +26,7 @@ def goal_grid(view: View) -> list[tuple[str, ...]]:
     """Rows below `HEAD`: every limit, since when it was met, and by what margin."""
     return [
         (
-            f"{goal['signal']} below {goal['below']:.3g} {goal['unit']}",
+            below_in_words(goal["signal"], goal["below"], goal["unit"]),
             goal["why"],
             time_or_never(goal["first_s"]),
             _stays(goal),
@@ -28,16 +37,23 @@ def goal_grid(view: View) -> list[tuple[str, ...]]:
     ]
 
 
-def _stays(goal: dict) -> str:
+def _stays(goal: dict) -> Message:
     stays, count = time_or_never(goal["stays_from_s"]), goal["times_above"]
-    return f"{stays}, above it again {count} times" if count else stays
+    if not count:
+        return stays
+    return message("{stays}, above it again {count} times", stays=stays, count=count)
 
 
-def _last_revolution(goal: dict) -> str:
+def _last_revolution(goal: dict) -> Message:
     if goal["mean_last_revolution"] is None:
-        return "shorter run"
+        return message("shorter run")
     mean, greatest = goal["mean_last_revolution"], goal["greatest_last_revolution"]
-    return f"mean {mean:.3g}, greatest {greatest:.3g} {goal['unit']}"
+    return message(
+        "mean {mean:.3g}, greatest {greatest:.3g} {unit}",
+        mean=mean,
+        greatest=greatest,
+        unit=goal["unit"],
+    )
 
 
 def limiting(view: View) -> list[str]:
@@ -55,9 +71,18 @@ def _greatest_disturbance(view: View) -> list[str]:
         return []
     name, row = max(torques.items(), key=lambda each: each[1].rms_size_n_m)
     factor, unit = choose_prefix(np.array([row.rms_size_n_m]), "N m")
-    line = f"greatest disturbance torque: {NAMES[name]}, {factor * row.rms_size_n_m:.3g} {unit} RMS"
-    share = "" if row.share is None else f", {100.0 * row.share:.2g} % of what the coils can give"
-    return [line + share]
+    line = message(
+        "greatest disturbance torque: {name}, {size:.3g} {unit} RMS",
+        name=NAMES[name],
+        size=factor * row.rms_size_n_m,
+        unit=unit,
+    )
+    if row.share is None:
+        return [line]
+    percent = 100.0 * row.share
+    return [
+        message("{line}, {percent:.2g} % of what the coils can give", line=line, percent=percent)
+    ]
 
 
 def verdict_data(view: View) -> dict:

@@ -13,7 +13,7 @@ from torquer.report.flight.panels.motion import (
     rate,
     rate_size,
 )
-from torquer.report.flight.panels.panel import Panel, Picture
+from torquer.report.flight.panels.panel import Panel, Picture, told_panel, told_picture
 from torquer.report.flight.panels.reaction_wheels import speeds_or_shares, wheels
 from torquer.report.flight.panels.torques import torques
 from torquer.report.flight.view import View
@@ -32,11 +32,17 @@ def pictures(view: View) -> tuple[Picture, ...]:
         (pointing, True),
         (logs, bool(logged_names(view))),
     )
-    return tuple(with_modes(view, make(view)) for make, made in makers if made)
+    return tuple(told_picture(with_modes(view, make(view))) for make, made in makers if made)
 
 
 def overview(view: View) -> tuple[Panel, Panel, Panel]:
     """The three most informative panels."""
+    panels = (told_panel(panel) for panel in _most_informative(view))
+    first, second, third = panels
+    return first, second, third
+
+
+def _most_informative(view: View) -> tuple[Panel, Panel, Panel]:
     first = rate_size(view) if view.attitude_error is None else angle(view)
     if view.wheels is not None:
         return first, momentum_size(view), speeds_or_shares(view)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from torquer.analysis.attitude import AttitudeError
+from torquer.base.language import message
 from torquer.report.common.colours import GREY, SKY
 from torquer.report.flight.panels.panel import (
     Panel,
@@ -20,23 +21,23 @@ def attitude_error(view: View) -> Picture:
     """Attitude error of the law, with the rate relative to its reference frame."""
     error = known(view.attitude_error)
     frame = error.frames
-    caption = (
-        f"{_held_in_words(error)} The true error is shown, not the "
-        "on-board estimate; its components are those of the rotation vector from the reference "
-        "attitude to the body, about body x, y, z."
+    caption = message(
+        "{held} The true error is shown, not the on-board estimate; its components are those of "
+        "the rotation vector from the reference attitude to the body, about body x, y, z.",
+        held=_held_in_words(error),
     )
-    angles = "Attitude error about body axes"
-    rates = f"Rate relative to the {frame} frame"
+    angles = message("Attitude error about body axes")
+    rates = message("Rate relative to the {frame} frame", frame=frame)
     parts = (
         (angles, error.error_deg, "deg"),
-        (f"{rates} about body axes", np.degrees(error.rate_rad_s), "deg/s"),
+        (message("{rates} about body axes", rates=rates), np.degrees(error.rate_rad_s), "deg/s"),
     )
     panels = (
         angle(view),
         rate(view, error, rates),
         *(p for part in parts for p in _by_axes(view, *part)),
     )
-    return Picture("attitude_error", "Attitude error", caption, panels)
+    return Picture("attitude_error", message("Attitude error"), caption, panels)
 
 
 def _held_in_words(error: AttitudeError) -> str:
@@ -44,27 +45,35 @@ def _held_in_words(error: AttitudeError) -> str:
     used = np.unique(error.which[error.is_held])
     if len(used) == 1:
         frame = "orbital" if error.attitudes[used[0]].orbital else "inertial"
-        words = f"The reference attitude is fixed in the {frame} frame."
+        words = message("The reference attitude is fixed in the {frame} frame.", frame=frame)
     else:
-        words = (
-            f"The reference is the attitude that the laws of the present mode hold, one of "
-            f"{len(used)} in the {error.frames} frame."
+        words = message(
+            "The reference is the attitude that the laws of the present mode hold, one of "
+            "{count} in the {frame} frame.",
+            count=len(used),
+            frame=error.frames,
         )
-    return words if error.is_held.all() else f"{words} Gaps: no attitude is held."
+    if error.is_held.all():
+        return words
+    return message("{words} Gaps: no attitude is held.", words=words)
 
 
 def angle(view: View) -> Panel:
     """Angle of the attitude error on a logarithmic axis."""
-    series = (("angle", known(view.attitude_error).angle_deg, GREY, 1.3),)
-    levels, title = limit_levels(view, "attitude error"), "Attitude error angle"
-    return with_room(log_panel(view, title, "[deg]", series, levels, 5.0, view.marks()))
+    series = ((message("angle"), known(view.attitude_error).angle_deg, GREY, 1.3),)
+    levels, title = limit_levels(view, "attitude error"), message("Attitude error angle")
+    return with_room(
+        log_panel(view, title, message("[{unit}]", unit="deg"), series, levels, 5.0, view.marks())
+    )
 
 
 def rate(view: View, error: AttitudeError, title: str) -> Panel:
     """Size of the rate relative to the reference, on a logarithmic axis."""
     size = np.degrees(np.linalg.norm(error.rate_rad_s, axis=1))
     series = (("|ω|", size, SKY, 1.3),)
-    return log_panel(view, title, "[deg/s]", series, (), 5.0, view.marks(labelled=False))
+    return log_panel(
+        view, title, message("[{unit}]", unit="deg/s"), series, (), 5.0, view.marks(labelled=False)
+    )
 
 
 def _by_axes(view: View, title: str, vectors, unit: str) -> tuple[Panel, ...]:
@@ -74,6 +83,6 @@ def _by_axes(view: View, title: str, vectors, unit: str) -> tuple[Panel, ...]:
         return (make_part(view, title, unit, xyz, vectors, (0.0, view.end_s)),)
     first, then = (0.0, acquired), (acquired, view.end_s)
     return (
-        make_part(view, f"{title}: acquisition", unit, xyz, vectors, first),
-        make_part(view, f"{title}: steady state", unit, xyz, vectors, then),
+        make_part(view, message("{title}: acquisition", title=title), unit, xyz, vectors, first),
+        make_part(view, message("{title}: steady state", title=title), unit, xyz, vectors, then),
     )

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.base.language import joined, message
 from torquer.report.common.colours import GREY, curve_colour
 from torquer.report.common.scales import choose_prefix
 from torquer.report.flight.panels.panel import Panel, Picture, make_line, whole, xyz
@@ -32,13 +33,18 @@ def logs(view: View) -> Picture:
     for each in found:
         if _is_constant(each):
             still.setdefault(_constant_in_words(each), []).append(each.title)
-    caption = (
+    caption = message(
         "Quantities logged by laws and estimators, each under the name of its law or estimator. "
         "Of a covariance, the standard deviations."
     )
-    for words, titles in still.items():
-        caption += f" {words}: {', '.join(titles)}."
-    return Picture("logs", "Logs", caption, tuple(_panel(view, each) for each in shown or found))
+    constant = [
+        message("{words}: {titles}.", words=words, titles=", ".join(titles))
+        for words, titles in still.items()
+    ]
+    caption = joined(" ", [caption, *constant])
+    return Picture(
+        "logs", message("Logs"), caption, tuple(_panel(view, each) for each in shown or found)
+    )
 
 
 def _is_constant(quantity: Quantity) -> bool:
@@ -49,9 +55,11 @@ def _is_constant(quantity: Quantity) -> bool:
 def _constant_in_words(quantity: Quantity) -> str:
     first, unit = quantity.values[0], quantity.unit
     if np.isnan(first).all():
-        return "Without a value"
+        return message("Without a value")
     shown = " / ".join(f"{value:g}" for value in dict.fromkeys(first))
-    return f"Always {shown}{'' if unit == '1' else f' {unit}'}"
+    if unit == "1":
+        return message("Always {shown}", shown=shown)
+    return message("Always {shown} {unit}", shown=shown, unit=unit)
 
 
 def _quantities(view: View, name: str) -> list[Quantity]:

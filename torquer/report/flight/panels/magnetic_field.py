@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from torquer.analysis.control_cycle import fresh_rows
+from torquer.base.language import message
 from torquer.report.common.colours import GREY
 from torquer.report.common.scales import choose_prefix
 from torquer.report.flight.panels.panel import (
@@ -22,13 +23,13 @@ def field(view: View) -> Picture:
     b = 1e6 * view.values("b_body")
     size = make_line("|B|", view.t_s, np.linalg.norm(b, axis=1), GREY, 1.6)
     lines = (*xyz(view.t_s, b, width=0.6), size)
-    panel = whole(view, "Field in body axes", "B [µT]", lines)
-    caption = (
+    panel = whole(view, message("Field in body axes"), message("B [{unit}]", unit="µT"), lines)
+    caption = message(
         "The field at the magnetometer. Readings are compared with the truth only at records that "
         "coincide with a sampling instant; between samples the last reading is held."
     )
     panels = (panel, *_first_turns(view), *_reading_errors(view))
-    return Picture("field", "Geomagnetic field", caption, panels)
+    return Picture("field", message("Geomagnetic field"), caption, panels)
 
 
 def _first_turns(view: View, turns: float = 4.0) -> tuple[Panel, ...]:
@@ -44,9 +45,10 @@ def _first_turns(view: View, turns: float = 4.0) -> tuple[Panel, ...]:
     fresh = fresh_rows(view.scenario, view.t_s)
     fresh = fresh[view.t_s[fresh] <= end]
     dots = xyz(view.t_s[fresh], 1e6 * view.values("b_measured")[fresh], "dots")
-    dots = tuple(replace(line, label=f"{line.label} measured") for line in dots)
-    title = "First rotations: truth (lines) and readings (dots)"
-    return (Panel(title, "B [µT]", (*xyz(t, b, width=1.2), *dots), window=(0.0, end)),)
+    dots = tuple(replace(line, label=message("{line} measured", line=line.label)) for line in dots)
+    title = message("First rotations: truth (lines) and readings (dots)")
+    label = message("B [{unit}]", unit="µT")
+    return (Panel(title, label, (*xyz(t, b, width=1.2), *dots), window=(0.0, end)),)
 
 
 def _reading_errors(view: View) -> tuple[Panel, ...]:
@@ -61,6 +63,10 @@ def _reading_errors(view: View) -> tuple[Panel, ...]:
     )
     shown = 1e9 * factor * errors
     spread = ", ".join(f"{s:.3g}" for s in shown.std(axis=0))
-    title = f"Magnetometer error: reading minus truth (standard deviation {spread} {unit})"
+    title = message(
+        "Magnetometer error: reading minus truth (standard deviation {spread} {unit})",
+        spread=spread,
+        unit=unit,
+    )
     dots = xyz(view.t_s[rows], shown, "dots", width=0.5)
-    return (whole(view, title, f"ΔB [{unit}]", dots),)
+    return (whole(view, title, message("ΔB [{unit}]", unit=unit), dots),)

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from torquer.analysis.mode_use import RegionRecord
+from torquer.base.language import message
 from torquer.computer.modes.spec import MAIN
 from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
 from torquer.report.flight.panels.panel import Bar, Panel, Picture
@@ -15,7 +16,9 @@ _OPACITIES = (0.5, 0.2)
 
 def strip(view: View, region: RegionRecord) -> Panel:
     """The states of a region, without those it was never in."""
-    title = "Mode" if region.name == MAIN else f"Mode: {region.name}"
+    title = (
+        message("Mode") if region.name == MAIN else message("Mode: {region}", region=region.name)
+    )
     found = zip(region.states, region.spans(view.t_s), strict=True)
     bars = (_bar(k, state, tuple(spans)) for k, (state, spans) in enumerate(found) if spans)
     return Panel(title, "", (), bars=tuple(bars))

@@ -6,12 +6,14 @@ import numpy as np
 
 from torquer.analysis.goals import NAMED, find_goals
 from torquer.analysis.series import quiet_from, usual_size
+from torquer.base.language import message, told
 from torquer.report.common.colours import AXES
 from torquer.report.common.downsample import Downsampled, downsample, thin
 from torquer.report.common.scales import choose_prefix, log_floor
 from torquer.report.flight.view import Mark, View
 
-ECLIPSE, MEASUREMENT = "eclipse", "measurement, coils off"
+ECLIPSE: str = message("eclipse")
+MEASUREMENT: str = message("measurement, coils off")
 Spans = tuple[tuple[float, float], ...]
 
 
@@ -77,6 +79,28 @@ class Picture:
     panels: tuple[Panel, ...]
 
 
+def told_panel(panel: Panel) -> Panel:
+    """The panel in the language of the reader; names of states are the scenario's."""
+    return replace(
+        panel,
+        title=told(panel.title),
+        y_label=told(panel.y_label),
+        lines=tuple(replace(line, label=told(line.label)) for line in panel.lines),
+        levels=tuple(replace(level, label=told(level.label)) for level in panel.levels),
+        marks=tuple(replace(mark, label=told(mark.label)) for mark in panel.marks),
+    )
+
+
+def told_picture(picture: Picture) -> Picture:
+    """The picture in the language of the reader."""
+    return replace(
+        picture,
+        title=told(picture.title),
+        caption=told(picture.caption),
+        panels=tuple(map(told_panel, picture.panels)),
+    )
+
+
 def shown_times(view: View, panel: Panel) -> tuple[float, float]:
     """First and last time [s] of a panel's axis."""
     began, ended = panel.window or (0.0, view.end_s)
@@ -88,7 +112,10 @@ def about_ranges(picture: Picture) -> str:
     stretch = max(line.series.stretch_s for panel in picture.panels for line in panel.lines)
     if stretch == 0.0:
         return ""
-    return f"Lines: averages over {stretch:.3g} s of slow motion; shading: minimum to maximum."
+    return message(
+        "Lines: averages over {stretch:.3g} s of slow motion; shading: minimum to maximum.",
+        stretch=stretch,
+    )
 
 
 def make_line(label, t, y, colour, width=1.0, style="line") -> Line:
@@ -120,7 +147,7 @@ def whole(view: View, title: str, y_label: str, lines, **keys) -> Panel:
 def limit_levels(view: View, signal: str) -> tuple[Level, ...]:
     """Limits of a signal; the usual one of the rate is an orbital rate, which has its mark."""
     return tuple(
-        Level(goal.below, "limit")
+        Level(goal.below, message("limit"))
         for goal in find_goals(view.scenario)
         if goal.signal == signal and (goal.why == NAMED or signal != "rate")
     )
@@ -159,8 +186,8 @@ def make_part(view: View, title, unit, lines_of, values, window, levels=()) -> P
     greatest, usual = np.nanmax(np.abs(shown), initial=0.0), usual_size(shown)
     cut = greatest > 3.0 * usual > 0.0
     return Panel(
-        f"{title} (peaks cut off)" if cut else title,
-        f"[{unit}]",
+        message("{title} (peaks cut off)", title=title) if cut else title,
+        message("[{unit}]", unit=unit),
         lines_of(view.t_s[rows], shown),
         levels=levels,
         y_range=(-1.5 * usual, 1.5 * usual) if cut else None,
@@ -201,4 +228,5 @@ def quiet_panels(view: View, title, vectors, unit, size, prefix=True) -> tuple[P
     factor, unit = choose_prefix(vectors[rows], unit) if prefix else (1.0, unit)
     bands = tuple((max(a, since), b) for a, b in view.eclipses if b > since)
     lines = xyz(view.t_s[rows], factor * vectors[rows])
-    return (Panel(title, f"[{unit}]", lines, window=(since, view.end_s), bands=bands),)
+    label = message("[{unit}]", unit=unit)
+    return (Panel(title, label, lines, window=(since, view.end_s), bands=bands),)

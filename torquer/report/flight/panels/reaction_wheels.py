@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from torquer.analysis.series import usual_size
+from torquer.base.language import message
 from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
 from torquer.report.common.scales import choose_prefix
 from torquer.report.flight.panels.panel import (
@@ -29,14 +30,14 @@ _ZERO = Level(0.0, "", solid=True)
 
 def wheels(view: View) -> Picture:
     """Speeds, shares of the momentum limits and motor torque of the wheels."""
-    caption = (
+    caption = message(
         "Wheels are numbered from 0; a wheel reaches its momentum and speed limits together. "
         "Wheels can spin against each other: the minimax share is the smallest peak share of the "
         "limits with which the working wheels could store the same total momentum. Torque is the "
         "commanded motor torque; a failed wheel delivers none."
     )
     panels = (speeds(view, view.marks()), shares(view), *_torques(view))
-    return Picture("wheels", "Reaction wheels", caption, panels)
+    return Picture("wheels", message("Reaction wheels"), caption, panels)
 
 
 def speeds_or_shares(view: View) -> Panel:
@@ -48,11 +49,14 @@ def speeds_or_shares(view: View) -> Panel:
 def _wheel_lines(t_s, values) -> tuple[Line, ...]:
     """A line for every wheel; many wheels are named by number alone."""
     count = values.shape[1]
-    name = "wheel {}" if count <= 5 else "{}"
     return tuple(
-        make_line(name.format(k), t_s, values[:, k], _COLOURS[k % 6], 1.0, _STYLES[k // 6])
+        make_line(_wheel_name(k, count), t_s, values[:, k], _COLOURS[k % 6], 1.0, _STYLES[k // 6])
         for k in range(count)
     )
+
+
+def _wheel_name(number: int, count: int) -> str:
+    return message("wheel {number}", number=number) if count <= 5 else str(number)
 
 
 def _between(values, limits) -> dict:
@@ -61,7 +65,7 @@ def _between(values, limits) -> dict:
     if greatest < _NEAR * limits.min():
         return {"levels": (_ZERO,)}
     top = 1.12 * max(greatest, limits.max())
-    levels = [Level(side * v, "limit") for v in np.unique(limits) for side in (1.0, -1.0)]
+    levels = [Level(side * v, message("limit")) for v in np.unique(limits) for side in (1.0, -1.0)]
     return {"levels": (_ZERO, *levels), "y_range": (-top, top)}
 
 
@@ -70,25 +74,31 @@ def speeds(view: View, marks=()) -> Panel:
     flown = known(view.wheels)
     limit = flown.spec.speed_limit_rpm
     place = _between(flown.speed_rpm, np.array([limit]))
-    title = "Speed of each wheel" + ("" if "y_range" in place else f" (limit {limit:g} rpm)")
+    title = (
+        message("Speed of each wheel")
+        if "y_range" in place
+        else message("Speed of each wheel (limit {limit:g} rpm)", limit=limit)
+    )
     lines = _wheel_lines(view.t_s, flown.speed_rpm)
-    return with_room(whole(view, title, "speed [rpm]", lines, marks=marks, **place))
+    return with_room(
+        whole(view, title, message("speed [{unit}]", unit="rpm"), lines, marks=marks, **place)
+    )
 
 
 def shares(view: View) -> Panel:
     """Peak share of the momentum limits, and the minimax share of the same total."""
     flown = known(view.wheels)
     greatest, needed = 100.0 * flown.momentum_shares.max(axis=1), 100.0 * flown.minimax_share
-    lines = [make_line("most loaded wheel", view.t_s, greatest, RED, 1.2)]
+    lines = [make_line(message("most loaded wheel"), view.t_s, greatest, RED, 1.2)]
     if np.isfinite(needed).any():
-        lines.append(make_line("minimax share", view.t_s, needed, GREY, 1.2))
+        lines.append(make_line(message("minimax share"), view.t_s, needed, GREY, 1.2))
     near = greatest.max() > 100.0 * _NEAR
     return whole(
         view,
-        "Share of the momentum limit",
+        message("Share of the momentum limit"),
         "[%]",
         lines,
-        levels=(Level(100.0, "limit"),) if near else (),
+        levels=(Level(100.0, message("limit")),) if near else (),
         y_range=(0.0, 112.0 if near else max(1.15 * greatest.max(), 1.0)),
         marks=view.marks(labelled=False),
     )
@@ -97,11 +107,14 @@ def shares(view: View) -> Panel:
 def _torques(view: View) -> tuple[Panel, ...]:
     """Motor torques: the whole run, and acquisition and steady state where they differ."""
     torque, acquired = known(view.wheels).torque, view.acquired_s
-    first = _torque_panel(view, "Motor torque", torque)
+    first = _torque_panel(view, message("Motor torque"), torque)
     if acquired is None:
         return (first,)
-    parts = ("acquisition", (0.0, acquired)), ("steady state", (acquired, view.end_s))
-    return first, *(_torque_part(view, f"Motor torque: {name}", window) for name, window in parts)
+    parts = (
+        (message("Motor torque: acquisition"), (0.0, acquired)),
+        (message("Motor torque: steady state"), (acquired, view.end_s)),
+    )
+    return first, *(_torque_part(view, title, window) for title, window in parts)
 
 
 def _torque_panel(view: View, title: str, torque) -> Panel:
@@ -109,9 +122,17 @@ def _torque_panel(view: View, title: str, torque) -> Panel:
     limits = factor * known(view.wheels).limits("torque_limit_n_m")
     place = _between(factor * torque, limits)
     shown = " / ".join(f"{limit:.4g}" for limit in np.unique(limits))
-    title += "" if "y_range" in place else f" (limit {shown} {unit})"
+    if "y_range" not in place:
+        title = message("{title} (limit {shown} {unit})", title=title, shown=shown, unit=unit)
     lines = _wheel_lines(view.t_s, factor * torque)
-    return whole(view, title, f"[{unit}]", lines, marks=view.marks(labelled=False), **place)
+    return whole(
+        view,
+        title,
+        message("[{unit}]", unit=unit),
+        lines,
+        marks=view.marks(labelled=False),
+        **place,
+    )
 
 
 def _torque_part(view: View, title: str, window) -> Panel:
@@ -126,9 +147,9 @@ def total_momentum_panel(view: View) -> Panel:
     """Total wheel momentum in body axes, which unloading removes."""
     held = known(view.wheels).total_body
     factor, unit = choose_prefix(usual_size(held), "N m s")
-    title = "Total wheel momentum in body axes"
+    title = message("Total wheel momentum in body axes")
     panel = make_part(view, title, unit, _with_size, factor * held, (0.0, view.end_s), (_ZERO,))
-    return with_room(replace(panel, y_label=f"h [{unit}]", marks=view.marks()))
+    return with_room(replace(panel, y_label=message("h [{unit}]", unit=unit), marks=view.marks()))
 
 
 def _with_size(t_s, vectors) -> tuple[Line, ...]:

@@ -5,6 +5,7 @@ from itertools import cycle
 import numpy as np
 
 from torquer.analysis.budget import NAMES
+from torquer.base.language import joined, message
 from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
 from torquer.report.common.scales import choose_prefix
 from torquer.report.flight.budget_rows import reach_in_words
@@ -14,8 +15,8 @@ from torquer.report.flight.view import View
 #: Panels of the sizes and the torques in them; few enough for a legend.
 _ENVIRONMENTAL = ("gravity_gradient", "aerodynamic", "solar_pressure")
 _PANELS = {
-    "Environmental torques": _ENVIRONMENTAL,
-    "Torques of the satellite itself": tuple(
+    message("Environmental torques"): _ENVIRONMENTAL,
+    message("Torques of the satellite itself"): tuple(
         name for name in NAMES if name not in (*_ENVIRONMENTAL, "all", "coils")
     ),
 }
@@ -29,15 +30,16 @@ def torques(view: View) -> Picture:
     total = view.budget.total
     factor, unit = choose_prefix(total, "N m")
     lines = xyz(view.t_s, factor * total)
-    parts = whole(view, "Sum of all in body axes", f"[{unit}]", lines)
-    caption = "Along the recorded motion, by the kernels of the simulation. "
-    caption += reach_in_words(view.budget)
+    parts = whole(view, message("Sum of all in body axes"), message("[{unit}]", unit=unit), lines)
+    caption = message("Along the recorded motion, by the kernels of the simulation. ")
+    if reach := reach_in_words(view.budget):
+        caption = joined("", [caption, reach])
     sizes = (
         _sizes(view, title, [name for name in names if name in view.budget.disturbance])
         for title, names in _PANELS.items()
     )
     panels = (*(panel for panel in sizes if panel), parts)
-    return Picture("torques", "Disturbance torques", caption, panels)
+    return Picture("torques", message("Disturbance torques"), caption, panels)
 
 
 def _sizes(view: View, title: str, names: list[str]) -> Panel | None:
@@ -47,7 +49,9 @@ def _sizes(view: View, title: str, names: list[str]) -> Panel | None:
     budget = view.budget
     sizes = {name: np.linalg.norm(budget.disturbance[name], axis=1) for name in names}
     factor, unit = choose_prefix(np.concatenate([*sizes.values()]), "N m")
-    series = [(NAMES[name], factor * size, COLOURS[name], 1.0) for name, size in sizes.items()]
+    series = [
+        (message(NAMES[name]), factor * size, COLOURS[name], 1.0) for name, size in sizes.items()
+    ]
     if budget.available is not None:
-        series.append(("coils, at most", factor * budget.available, GREY, 1.2))
-    return log_panel(view, title, f"|M| [{unit}]", series)
+        series.append((message("coils, at most"), factor * budget.available, GREY, 1.2))
+    return log_panel(view, title, message("|M| [{unit}]", unit=unit), series)
