@@ -41,7 +41,7 @@ class Ends:
             for column in np.flatnonzero(running).tolist():
                 own = columns.start + column
                 yield slice(own, own + 1), _cut(flown, column, until[column])
-        for column in np.flatnonzero(~np.isnan(self.t_s[columns]) & running):
+        for column in np.flatnonzero(~np.isnan(self.t_s[columns]) & running).tolist():
             self._cells[columns.start + column] = cells[until[column] - 1, column]
 
     def _ends_of(self, columns: slice, flown: Flown, running: np.ndarray) -> np.ndarray:

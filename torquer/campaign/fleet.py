@@ -363,7 +363,7 @@ class Fleet:
                 before = changes.get(name, numbers[:0])
                 changes[name] = np.concatenate([before, numbers[at : at + RECORDS]])
             states = {name: numbers[:, None] for name, numbers in changes.items()}
-            flown = Flown(t_s, q, omega, *along, states if needed else None)
+            flown = Flown(t_s, q, omega, *along)._replace(modes=states if needed else None)
             here = slice(at, at + RECORDS)
             flown = flown._replace(logs=recorded_logs(record, run, here, self._log_names))
             if self._carries:
@@ -388,7 +388,7 @@ class Fleet:
         self, chunk: Chunk, rows: np.ndarray, flown: Scenario, cells, also: Mapping
     ) -> None:
         """Put the checks of some members into their rows, those that the campaign has."""
-        of_all = of_steps(flown.simulation.integrator, cells) | also
+        of_all = {**of_steps(flown.simulation.integrator, cells), **also}
         for name in chunk.checks.keys() & of_all.keys():
             chunk.checks[name][rows] = of_all[name]
 

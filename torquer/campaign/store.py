@@ -70,9 +70,9 @@ def _outcome_variables(fleet: Fleet, chunk: Chunk, name: str) -> dict:
     """An outcome, and its signal over time if it is kept."""
     outcome = fleet.campaign.outcomes[name]
     definition = {"signal": _json(outcome.signal), "what": _json(outcome.what)}
-    if unit := fleet.log_units.get(outcome.signal):
+    if unit := fleet.log_units.get(str(outcome.signal)):
         definition["signal_units"] = unit
-    found = {name: ("member", chunk.outcomes[name], {"role": "outcome", **definition})}
+    found: dict = {name: ("member", chunk.outcomes[name], {"role": "outcome", **definition})}
     if name in chunk.series:
         named = outcome.signal if isinstance(outcome.signal, str) else definition["signal"]
         about = {"role": "series", "long_name": named}

@@ -8,7 +8,7 @@ from torquer.base.spec import Spec
 
 
 class EndWhen(Spec):
-    """The run ends at the first record at which this has held for a time.
+    """The run ends at the first record after the start at which this has held for a time.
 
     What has been computed then is what the whole run would have had until then, to the bit.
     """

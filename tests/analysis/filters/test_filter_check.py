@@ -184,6 +184,14 @@ def breaks(inputs, parameters, memory):
 
 
 @WHOLE_RUNS
+def test_runs_that_would_end_early_are_flown_whole():
+    flown = scenario(GYRO)
+    ends = flown.replace("simulation.end_when", {"signal": "rate_deg_s", "below": 10.0})
+    whole, same = (fly_filter(make_members(each, 2)) for each in (flown, ends))
+    assert np.array_equal(whole.t_s, same.t_s) and np.array_equal(whole.errors, same.errors)
+
+
+@WHOLE_RUNS
 def test_lost_single_runs_are_found_by_their_rejected_readings():
     """By the Sun and a gyro the turn about the Sun is known ever less: in a few runs of a
     revolution it is so wrong that readings are rejected for minutes. The means do not show it."""

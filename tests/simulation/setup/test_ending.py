@@ -55,6 +55,8 @@ def looked_at(when, signal):
         ({"below": 0.5, "of_start": True}, 2),
         ({"above": 1.9, "of_start": True}, 7),
         ({"below": 0.0}, None),
+        ({"below": 5.0}, 1),
+        ({"above": 0.0, "for_s": 40.0}, 4),
     ],
 )
 def test_it_must_hold_at_all_records_of_the_time(when, row):
@@ -84,6 +86,18 @@ def assert_prefix(ended, whole):
     for name in ("omega_body", "q_body_to_inertial", "b_inertial"):
         assert np.array_equal(ended[name].values, whole[name].values[:count]), name
     assert np.array_equal(ended["command_body"].values[:-1], whole["command_body"][: count - 1])
+
+
+@jit
+def test_a_run_that_fulfils_it_from_the_start_has_one_interval():
+    always = {"signal": "rate_deg_s", "below": 100.0}
+    ended = torquer.simulate(tip_off(always))
+    assert ended["time"].values.tolist() == [0.0, 20.0]
+    scenario = tip_off(always)
+    made = campaign(scenario, runs=18, outcomes=OUTCOMES, success={})
+    flown = Fleet(scenario, made).fly(np.arange(18))
+    assert np.all(flown.checks["ended_s"] == 20.0)
+    assert np.all(np.isfinite(flown.outcomes["end"]))
 
 
 @jit

@@ -117,11 +117,34 @@ def test_coils_are_on_for_their_share_of_each_period():
         assert dipole == expected_dipole
 
 
+@pytest.mark.parametrize(
+    ("place", "expected"),
+    [
+        ("middle", [(0.025, (0.0, 0.0)), (0.0125, (0.0, -2.0)), (0.025, (2.0, -2.0)),
+                    (0.0125, (0.0, -2.0)), (0.025, (0.0, 0.0))]),
+        ("end", [(0.05, (0.0, 0.0)), (0.025, (0.0, -2.0)), (0.025, (2.0, -2.0))]),
+    ],
+)  # fmt: skip
+def test_the_pulse_stands_at_its_place_in_the_period(place, expected):
+    """A quarter of the time along x, half of it along y, the third coil off."""
+    coils, state = modulated((0.5, -1.0, 0.0), pwm_place=place)
+    t, seen = 0.0, []
+    while t < 0.2 - 1e-9:
+        goal = switch(coils, state, t)
+        later = next_switch(coils, state, t)
+        seen.append((later - t, goal.dipole_a_m2))
+        t = later
+    for (length, dipole), (known_s, known) in zip(seen, expected * 2, strict=True):
+        assert length == pytest.approx(known_s, abs=1e-9)
+        assert dipole == (*known, 0.0)
+
+
+@pytest.mark.parametrize("place", ["begin", "middle", "end"])
 @pytest.mark.parametrize("first", [0.0, 3.0, 86400.0 * 10])
 @pytest.mark.parametrize("period", [0.1, 0.3, 1.0 / 3.0, 0.7])
-def test_shares_hold_whatever_the_period_and_the_time(first, period):
+def test_shares_hold_whatever_the_period_and_the_time(first, period, place):
     """Of many periods, none of which is a whole number of binary fractions."""
-    coils, state = modulated((1.3, 2.0, -0.01), period)
+    coils, state = modulated((1.3, 2.0, -0.01), period, pwm_place=place)
     t, end, total = first, first + 30 * period, np.zeros(3)
     for _ in range(1000):
         if t >= end:
@@ -149,6 +172,7 @@ def test_a_coil_at_its_limit_is_never_off():
          r"\(3 axes\); received 2 numbers"),
         ({"random_error": 1.5}, "less than or equal to 1"),
         ({"pwm_period_s": 0.0}, "greater than 0"),
+        ({"pwm_place": "end"}, "pwm_place: must be left out without pwm_period_s; received 'end'"),
     ],
 )  # fmt: skip
 def test_drivers_that_cannot_be_are_refused(keys, message):

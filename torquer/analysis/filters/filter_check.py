@@ -34,6 +34,7 @@ from torquer.analysis.filters.linear_covariance import (
 from torquer.base.limits import at_least
 from torquer.computer.estimation.measurements.table import DEVICE_OF
 from torquer.maths.geometry.attitudes import rotation_vector
+from torquer.scenario.change import with_values
 from torquer.scenario.control import common_divisor, whole_steps
 from torquer.scenario.spec import Scenario
 from torquer.simulation.loop.members import RUNNING
@@ -69,6 +70,8 @@ def fly_filter(
     """
     piece, found, motions = None, [], []
     for member in members:
+        if member.simulation.end_when is not None:  # all runs must have the same records
+            member = with_values(member, {"simulation.end_when": None})
         run = prepare(member, piece=piece, library=library)
         piece = piece or run.piece
         rows = control_rows(member)

@@ -16,6 +16,7 @@ from torquer.analysis.notes.magnet_notes import magnet_notes
 from torquer.analysis.notes.mode_notes import mode_notes
 from torquer.analysis.notes.orbit_notes import orbit_notes
 from torquer.analysis.notes.reach_notes import reach_notes
+from torquer.analysis.notes.sampling_notes import sampling_notes
 from torquer.analysis.notes.slip_notes import slip_notes
 from torquer.analysis.notes.spin_notes import spin_notes
 from torquer.analysis.notes.tracking_notes import tracking_notes
@@ -82,6 +83,7 @@ _CHECKS = {
     "what devices say of themselves": device_notes,
     "what the actuators reach": reach_notes,
     "the laws that brake by the field": bdot_notes,
+    "how fast the laws can brake": sampling_notes,
     "the law magneto_gyro": gyro_notes,
     "the laws about a spin axis": spin_notes,
     "the law dipole_trim": trim_notes,

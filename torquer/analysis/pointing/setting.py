@@ -56,9 +56,8 @@ def held_scenario(scenario: Scenario) -> Scenario:
         "reference": law.reference, "euler_deg": law.euler_deg, "sequence": law.sequence,
         "rate_deg_s": (0.0, 0.0, 0.0), "rate_relative_to": law.reference,
     }  # fmt: skip
-    return with_values(
-        scenario, {"initial": still, "simulation.record_s": scenario.control.cycle_s}
-    )
+    whole = {"simulation.record_s": scenario.control.cycle_s, "simulation.end_when": None}
+    return with_values(scenario, {"initial": still, **whole})
 
 
 def _check_devices(scenario: Scenario) -> None:

@@ -21,13 +21,16 @@ class Seen(NamedTuple):
 
 
 def has_ended(when: EndWhen, t_s: float, signal: np.ndarray, seen: Seen) -> np.ndarray:
-    """Whether the condition has held long enough at a record (n,); `seen` goes on with it."""
+    """Whether the condition has held long enough at a record (n,); `seen` goes on with it.
+
+    Not at the start: no run is without a step.
+    """
     seen.start[...] = np.where(np.isnan(seen.start), signal, seen.start)
     value = signal / np.where(seen.start == 0.0, np.nan, seen.start) if when.of_start else signal
     holds = value < when.below if when.below is not None else value > when.above
     since_s = np.where(np.isnan(seen.since_s), t_s, seen.since_s)
     seen.since_s[...] = np.where(holds, since_s, np.nan)
-    return holds & (t_s - seen.since_s >= when.for_s * (1.0 - 1e-12))
+    return holds & (t_s > 0.0) & (t_s - seen.since_s >= when.for_s * (1.0 - 1e-12))
 
 
 def end_signal(

@@ -1,7 +1,9 @@
 """Drivers of coils: steps of their dipole, a dead band, random errors, pulse-width modulation.
 
 A coil that is modulated has its limit, in one sense or the other, for a part of each period, and
-nothing for the rest: on average the commanded dipole. Periods are counted from the start of a run,
+nothing for the rest: on average the commanded dipole. The pulse stands at the beginning, in the
+middle or at the end of the period: the later it comes, the more the field has turned since the
+reading that the command is for. Periods are counted from the start of a run,
 so that which part of one it is follows from the time alone.
 """
 
@@ -63,13 +65,25 @@ def time_on(coil, mean_a_m2, period_s):
 
 
 @inlined
+def pulse_of(coils, coil, mean_a_m2):
+    """When in each period a coil is switched on and off [s]; both are one for a coil at rest."""
+    period = coils.pwm_period_s
+    length = time_on(coil, mean_a_m2, period)
+    begin = coils.pwm_place * (period - length)
+    return begin, begin + length
+
+
+@inlined
 def next_switch(coils, state, t_s):
     """When after t_s the next coil is switched, or a period begins [s]."""
     period = coils.pwm_period_s
     phase, first = phase_at(period, t_s), period
+    after = phase + _NOTHING * period
     for i in range(coils.rows.shape[0]):
-        off = time_on(coils.rows[i], state[i].mean_a_m2, period)
-        if off > phase + _NOTHING * period:
+        on, off = pulse_of(coils, coils.rows[i], state[i].mean_a_m2)
+        if off > on and on > after:
+            first = min(first, on)
+        if off > on and off > after:
             first = min(first, off)
     return t_s + (first - phase)
 
@@ -78,10 +92,11 @@ def next_switch(coils, state, t_s):
 def switch_coils(coils, state, t_s):
     """Switch the coils as they are from t_s to the next switching; what they go to then."""
     period = coils.pwm_period_s
-    phase = phase_at(period, t_s)
+    after = phase_at(period, t_s) + _NOTHING * period
     for i in range(coils.rows.shape[0]):
         mean, limit = state[i].mean_a_m2, coils.rows[i].limit_a_m2
-        is_on = time_on(coils.rows[i], mean, period) > phase + _NOTHING * period
+        on, off = pulse_of(coils, coils.rows[i], mean)
+        is_on = on <= after and off > after
         state[i].target_a_m2 = math.copysign(limit, mean) if is_on else 0.0
         if coils.lag_s == 0.0:
             state[i].dipole_a_m2 = state[i].target_a_m2

@@ -37,7 +37,8 @@ class CoilSet(NamedTuple):
     """Constants of the coils for kernels; `rows`: `COIL`, one per coil.
 
     `driver`: 1 for one that does not give each command as it is, else 0; `errs`: 1 for one with
-    random errors, else 0; `pwm_period_s`: 0 for coils that are not switched.
+    random errors, else 0; `pwm_period_s`: 0 for coils that are not switched; `pwm_place`: part of
+    the rest of the period that comes before the pulse.
     """
 
     rows: np.ndarray
@@ -47,10 +48,13 @@ class CoilSet(NamedTuple):
     driver: int
     errs: int
     pwm_period_s: float
+    pwm_place: float
 
 
+#: Places of a pulse in its period: the part of the rest that comes before it.
+PLACES = {"begin": 0.0, "middle": 0.5, "end": 1.0}
 #: A satellite without coils.
-NO_COILS = CoilSet(np.zeros(0, COIL), (0.0, 0.0, 0.0), SCALE, 0.0, 0, 0, 0.0)
+NO_COILS = CoilSet(np.zeros(0, COIL), (0.0, 0.0, 0.0), SCALE, 0.0, 0, 0, 0.0, 0.0)
 
 
 class Goal(NamedTuple):
@@ -269,8 +273,20 @@ class Coils(Spec):
     falls. Readings see the dipole of their instant: of one that is switched then, that before. Left
     out: coils have the commanded dipole all the time.
     """
+    pwm_place: Literal["begin", "middle", "end"] = "begin"
+    """Where in each period the pulse stands, with `pwm_period_s`: 'begin' (from its beginning on),
+    'middle' or 'end'. A later pulse acts on a field that has turned further since the reading.
+    """
     failures: tuple[CoilFailure, ...] = ()
     """Failures in flight."""
+
+    @model_validator(mode="after")
+    def _place_of_a_pulse(self):
+        if self.pwm_period_s is None and self.pwm_place != "begin":
+            raise ValueError(
+                f"pwm_place: must be left out without pwm_period_s; received {self.pwm_place!r}"
+            )
+        return self
 
     @model_validator(mode="after")
     def _limits_given_once(self):
@@ -403,4 +419,5 @@ class Coils(Spec):
             int(driver),
             int(errs),
             self.pwm_period_s or 0.0,
+            PLACES[self.pwm_place],
         )
