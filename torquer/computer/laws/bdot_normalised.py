@@ -25,6 +25,7 @@ from typing import ClassVar, Literal, NamedTuple
 from pydantic import Field, model_validator
 
 from torquer.compile.engine import inlined, kernel
+from torquer.computer.blocks.parameters import Positive
 from torquer.computer.laws.bdot import GAP, PREVIOUS_READING, shortest_with
 from torquer.computer.laws.law_spec import LawSpec
 from torquer.maths.geometry.vec3 import (
@@ -40,13 +41,13 @@ from torquer.maths.geometry.vec3 import (
 class Brake(NamedTuple):
     """`gain`: k [N m s]."""
 
-    gain: float
+    gain: Positive
 
 
 class WeightedBrake(NamedTuple):
     """k [N m s], w [s], u_0 [rad/s], time of the mean [s]."""
 
-    gain: float
+    gain: Positive
     weight_s: float
     reference_rad_s: float
     averaging_s: float

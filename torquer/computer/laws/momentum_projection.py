@@ -22,6 +22,7 @@ from pydantic import Field
 
 from torquer.base.spec import Inertia
 from torquer.compile.engine import kernel
+from torquer.computer.blocks.parameters import InertiaNumbers
 from torquer.computer.laws.law_spec import LawSpec
 from torquer.maths.geometry.vec3 import as_symmetric, cross, dot, norm, scale, sym_vec
 
@@ -31,7 +32,7 @@ class ProjectionParameters(NamedTuple):
 
     gain: float
     slope: float
-    inertia: tuple
+    inertia: InertiaNumbers
 
 
 @kernel

@@ -32,6 +32,7 @@ from pydantic import Field
 
 from torquer.base.spec import Inertia
 from torquer.compile.engine import inlined, kernel
+from torquer.computer.blocks.parameters import InertiaNumbers, NotNegative
 from torquer.computer.laws.law_spec import LawSpec
 from torquer.maths.geometry.quaternion import rotate_inverse
 from torquer.maths.geometry.vec3 import (
@@ -58,8 +59,8 @@ class NonMonotonicParameters(NamedTuple):
     gain: float
     ahead: float
     look_ahead_s: float
-    filter_s: float
-    inertia: tuple
+    filter_s: NotNegative
+    inertia: InertiaNumbers
 
 
 @inlined

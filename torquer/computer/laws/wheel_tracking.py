@@ -16,6 +16,14 @@ from pydantic import Field, model_validator
 
 from torquer.base.spec import Inertia, unit_vector
 from torquer.compile.engine import inlined, kernel
+from torquer.computer.blocks.limits import Limits
+from torquer.computer.blocks.parameters import (
+    AnyNumbers,
+    InertiaNumbers,
+    OnOff,
+    Share,
+    UnitNumbers,
+)
 from torquer.computer.informed import MODEL_SUN, PLACE
 from torquer.computer.laws.bdot import GAP, shortest_with
 from torquer.computer.laws.guidance import (
@@ -73,8 +81,8 @@ _NO_SLEW = {
 class Aim(NamedTuple):
     """What is aimed at: its number (0 for a direction), or the direction (inertial)."""
 
-    number: float
-    direction: tuple
+    number: Annotated[float, Limits(0.0, 5.0)]
+    direction: UnitNumbers
 
 
 class WheelTrackingParameters(NamedTuple):
@@ -88,13 +96,13 @@ class WheelTrackingParameters(NamedTuple):
     damping: float
     first: Aim
     second: Aim
-    q_axes: tuple
-    inertia: tuple
-    gravity: float
+    q_axes: UnitNumbers
+    inertia: InertiaNumbers
+    gravity: OnOff
     rate: float
     acceleration: float
-    place: tuple
-    least_sine: float
+    place: AnyNumbers
+    least_sine: Share
     to_ecef: tuple
 
 
