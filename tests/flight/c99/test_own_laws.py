@@ -8,6 +8,7 @@ from flight.c99.in_c import needs_compiler
 from flight.c99.test_gate import Exported
 from flight.c99.test_user_laws import scenario_text
 
+import torquer
 from torquer.computer import gate as gates
 from torquer.computer.interface import MAGNETOMETER, PLACES
 from torquer.spacecraft.sensors.device import MOST_PARTS
@@ -44,15 +45,27 @@ def waits(inputs, parameters, memory):
     known = math.isfinite(memory.before)
     memory.before = inputs.b_body_t[0]
     return (memory.kept if known else 0.0, 0.0, 0.0)
+
+
+@torquer.law(memory={"kept": 0.0, "until_s": 5.0})
+def never(inputs, parameters, memory):
+    if memory.until_s <= inputs.t_s:
+        memory.until_s = math.inf
+    return (0.1 if memory.until_s > 1e9 else 0.0, 0.0, 0.0)
 """
 BAD, STEPS = 60, 120
 KEEPS = ("clips", "compares", "counts")
 
 
+def written(names: tuple[str, ...], folder) -> None:
+    """A scenario with some of the laws, named after the first."""
+    (folder / "laws.py").write_text(LAWS)
+    (folder / f"{names[0]}.toml").write_text(scenario_text(names))
+
+
 def spoiled(name: str, number: float, folder):
     """Commands and statuses of a law with one bad reading, and the commands without it."""
-    (folder / "laws.py").write_text(LAWS)
-    (folder / f"{name}.toml").write_text(scenario_text((name,)))
+    written((name,), folder)
     own = Exported(str(folder / name), folder / "out")
     rows = own.inputs[:STEPS].copy()
     rows[BAD, own.places.index(PLACES["readings"].start + MOST_PARTS * MAGNETOMETER)] = number
@@ -77,3 +90,12 @@ def test_what_is_no_number_at_the_start_may_be_none_again(tmp_path):
     commands, statuses, sound = spoiled("waits", math.nan, tmp_path)
     assert not (statuses & gates.BEGUN_ANEW).any()
     assert np.flatnonzero((commands != sound).any(axis=1)).tolist() == [BAD + 1]
+
+
+@pytest.mark.parametrize("names", [("never",), ("never", "clips"), ("clips", "never")])
+def test_a_law_that_would_begin_again_in_a_sound_flight_is_refused(names, tmp_path):
+    written(names, tmp_path)
+    scenario = torquer.load_scenario(tmp_path / f"{names[0]}.toml")
+    with pytest.raises(ValueError, match=r"^control: law never must keep .* inf at t = 5 s$"):
+        torquer.export_c(scenario, tmp_path / "out", steps=20)
+    torquer.export_c(scenario, tmp_path / "out", steps=5)

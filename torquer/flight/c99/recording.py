@@ -19,6 +19,7 @@ from torquer.flight.c99.texts import fill_template
 from torquer.scenario.spec import Scenario
 from torquer.simulation.loop.members import WAITING
 from torquer.simulation.loop.state import CELLS
+from torquer.simulation.setup.prepare import make_blocks
 from torquer.simulation.setup.run import Run, prepare
 from torquer.spacecraft.failures import is_back
 
@@ -80,7 +81,8 @@ def mark_numbers(numbers: np.ndarray) -> int:
 def record_steps(scenario: Scenario, most: int, made: Export, given: Sequence[Input]) -> Recorded:
     """The first control steps of a run, at most so many; commands as the gate limits them.
 
-    They have no marks for an export in single precision, whose state has other bits.
+    They have no marks for an export in single precision, whose state has other bits. ValueError if
+    a law or an estimator of the user's would begin again there.
     """
     run = prepare(scenario, stops=True)
     afresh, inputs, commands, estimates, before_s = [], [], [], [], run.state.board.known["t_s"][0]
@@ -102,6 +104,7 @@ def record_steps(scenario: Scenario, most: int, made: Export, given: Sequence[In
             np.array([*limited(*dipole, (*asked[:3],)), *limited(*torque, (*asked[3:],))])
         )
         estimates.append(np.where(estimated, known[_PLACES], np.nan))
+        _check_kept(scenario, run, made)
         board = _as_in_c(run, first, made)
         marks.append(0 if is_single() else mark_numbers(numbers_of(board)))
         before_s = known[0]
@@ -109,6 +112,28 @@ def record_steps(scenario: Scenario, most: int, made: Export, given: Sequence[In
         raise ValueError("simulation: must have a control step to be recorded; received none")
     a, i, c, e = map(np.array, (afresh, inputs, commands, estimates))
     return Recorded(a, i, c, e, marks, count_state_words(run.state.board, made))
+
+
+def _check_kept(scenario: Scenario, run: Run, made: Export) -> None:
+    """ValueError for memory of the user's that the gate would let begin again: see `begin_anew`."""
+    memory, first = run.state.board.memory, made.checks.first
+    lost = np.flatnonzero(np.isfinite(first) & ~np.isfinite(memory))
+    for m0, m1 in made.checks.own.tolist():
+        for cell in lost[(lost >= m0) & (lost < m1)].tolist()[:1]:
+            raise ValueError(
+                f"control: {_owner(scenario, cell)} must keep finite numbers in its memory, where "
+                f"it begins with such: in flight it would begin again; received {memory[cell]} "
+                f"at t = {run.state.board.known['t_s'][0]:g} s"
+            )
+
+
+def _owner(scenario: Scenario, cell: int) -> str:
+    """The law or estimator whose memory has this cell."""
+    for name, block in make_blocks(scenario).by_key().items():
+        cell -= len(block.first_memory())
+        if cell < 0:
+            return f"{block.kind.name} {name}"
+    raise IndexError("no block has this cell")
 
 
 def _as_in_c(run: Run, first: np.ndarray, made: Export) -> Board:
