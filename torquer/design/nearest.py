@@ -124,6 +124,9 @@ LEVERS: tuple[Lever, ...] = (
 #: Without a wheel, which a satellite that tumbles has no use for.
 COILS_ALONE = tuple(lever for lever in LEVERS if lever.now is not _pitch)
 
+#: Those with which a law that knows wheel and orbit may stay as it is.
+SAME_LAW = tuple(lever for lever in COILS_ALONE if lever.unit not in ("km", "deg"))
+
 
 def rungs(lever: Lever, scenario: Scenario) -> list[float]:
     """Values from the satellite's own to the bound, the own first; one where there is no way."""
