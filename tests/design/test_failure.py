@@ -9,7 +9,7 @@ import torquer
 from torquer.analysis.causes import COUNTED_ON
 from torquer.analysis.counter_tests import groups_of, lessened, undisturbed
 from torquer.design.failure import Failure, Flown, explain, without_each
-from torquer.design.nearest import LEVERS, OF_A_PITCH_WHEEL, nearest, rungs
+from torquer.design.nearest import LEVERS, nearest, rungs
 from torquer.scenario.load import scenario_from_data
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -153,17 +153,6 @@ def test_a_value_that_other_starts_refuse_is_taken_further(satellite):
     coils = [lever for lever in LEVERS if lever.name == "limit of the coils"]
     (found,) = nearest(satellite, coils, fly, lambda arrived, runs: arrived == runs)
     assert found.value > 1.0 and found.verified == 16
-
-
-def test_a_wheel_that_turns_backwards_is_made_stronger(satellite):
-    backwards = satellite.replace("spacecraft.body.wheel_momentum_n_m_s", [0.0, -1e-4, 0.0])
-    wheel = [each for each in OF_A_PITCH_WHEEL if each.name == "momentum of a pitch wheel"]
-
-    def fly(scenario, seed):
-        return 16 * (scenario.spacecraft.body.wheel_momentum_n_m_s[1] < -5e-4), 16
-
-    (found,) = nearest(backwards, wheel, fly, lambda arrived, runs: arrived == runs)
-    assert -6e-4 < found.value < -5e-4 and found.bound == pytest.approx(-1.6e-3)
 
 
 @pytest.mark.slow

@@ -7,8 +7,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from torquer.compile import engine
+from torquer.design.gyro import failure
 from torquer.design.gyro.answer import _angle_text
 from torquer.design.gyro.gains import magneto_gyro
+from torquer.design.pointing_flights import PointingFlights
 from torquer.design.requests import MagnetoGyroRequest
 from torquer.scenario.load import scenario_from_text
 from torquer.theory.magneto_gyro.accuracy import follow_revolution
@@ -162,7 +164,51 @@ def test_flights_agree_with_the_verdict(wheel_n_m_s, dipole_a_m2, state):
     assert made.verdict.state == state
     assert (never == 0) == (state == "valid")
     said = any("releases do not stay below 5 deg" in line for line in made.verdict.lines())
-    assert said == (never > 0)
+    assert said == (never > 0) == (made.failure is not None)
+    if made.failure is not None:
+        _check_failure(made)
+
+
+def _check_failure(made):
+    """The dipole limits; a value found for it is verified by other starts."""
+    why = made.failure
+    assert why.limiting == "residual dipole" and why.without["residual dipole"].is_enough
+    (found,) = (each for each in why.found if each.lever == "residual dipole")
+    assert 0.0 < found.value < 0.005 * math.sqrt(3.0)
+    assert found.runs == 16 and found.verified >= 15
+    assert any(line.startswith("works: residual dipole") for line in made.lines())
+    assert made.data()["failure"]["limiting"] == "residual dipole"
+
+
+@needs_jit
+def test_a_failure_names_the_dipole_and_what_may_be_left(monkeypatch):
+    """With flights that point up to a dipole of 2 mA m^2, or with another law."""
+    made = magneto_gyro(long_cubesat(), MagnetoGyroRequest(evaluations=10, fly=0))
+
+    def fly(scenario, campaign, count):
+        own = np.linalg.norm(scenario.spacecraft.coils.residual_dipole_a_m2)
+        law = scenario.control.laws["magneto_gyro"]
+        error = 1.0 if own < 2e-3 or law.filter_damping == 0.5 else 90.0
+        return PointingFlights(60.0 * np.arange(500.0), np.full((count, 500), error))
+
+    monkeypatch.setattr(failure, "fly_releases", fly)
+    found = failure.explain_pointing(made, {"other gains": made.law | {"filter_damping": 0.5}})
+    assert found.limiting == "residual dipole" and found.flown.arrived == 0
+    assert found.share("residual dipole") == pytest.approx(89.0 / 90.0)
+    values = {each.lever: each for each in found.found}
+    assert 1.6e-3 < values["residual dipole"].value < 2e-3
+    assert values["residual dipole"].verified == 16
+    assert values["limit of the coils"].value is None
+    assert found.works()[0] == "other gains: 16 of 16, median 1 deg"
+    assert set(values) == {"residual dipole", "limit of the coils"}
+
+
+@pytest.mark.parametrize(("never", "told"), [(0, False), (1, False), (2, True), (10, True)])
+def test_a_tenth_of_the_releases_may_not_point(never, told):
+    error_deg = np.ones((10, 5))
+    error_deg[:never] = 90.0
+    flights = PointingFlights(60.0 * np.arange(5.0), error_deg)
+    assert failure.fails(flights) == told and not failure.fails(None)
 
 
 def test_an_angle_beyond_linear_theory_has_no_number():

@@ -115,8 +115,7 @@ def pitch_wheel(scenario: Scenario, request: MissionRequest) -> Part:
     settled = made.flights.settled_s(request.within_deg(scenario)) if made.flights else ()
     count, runs = int(sum(each < float("inf") for each in settled)), len(settled)
     words = f"{count} of {runs} releases point within {request.within_deg(scenario):g} deg"
-    state = FAILS if 2 * count < runs else DOUBTFUL if made.verdict.doubts else HOLDS
-    return Part("", state, words, (), made, tuple(made.lines()), made.data())
+    return _of(made, words, made.failure, made.verdict.doubts, ())
 
 
 def sensors(scenario: Scenario, request: MissionRequest) -> Part:

@@ -124,14 +124,8 @@ LEVERS: tuple[Lever, ...] = (
 #: Without a wheel, which a satellite that tumbles has no use for.
 COILS_ALONE = tuple(lever for lever in LEVERS if lever.now is not _pitch)
 
-#: Of a satellite that has such a wheel: a stronger one, in equal ratios.
-OF_A_PITCH_WHEEL = tuple(
-    lever._replace(bound=lambda s: 16.0 * (_pitch(s) or 0.0), by_ratio=True)
-    if lever.now is _pitch
-    else lever
-    for lever in LEVERS
-    if lever.unit not in ("km", "deg")
-)
+#: Those with which a law that knows wheel and orbit may stay as it is.
+SAME_LAW = tuple(lever for lever in COILS_ALONE if lever.unit not in ("km", "deg"))
 
 
 def rungs(lever: Lever, scenario: Scenario) -> list[float]:
@@ -175,9 +169,7 @@ def _follow(scenario, lever: Lever, values: list[float], fly, is_enough) -> Near
         return none
     bad, good = values[first - 1], values[first]
     for _ in range(_HALVINGS):
-        middle = 0.5 * (bad + good)
-        if lever.by_ratio:  # of one sign: a wheel may turn backwards
-            middle = math.copysign(math.sqrt(bad * good), good)
+        middle = math.sqrt(bad * good) if lever.by_ratio else 0.5 * (bad + good)
         bad, good = (bad, middle) if works(middle)[0] else (middle, good)
     for value in [good, *values[first : first + _FURTHER]]:
         value = float(f"{value:.3g}")

@@ -8,6 +8,7 @@ import numpy as np
 from torquer.base.rows import Row, as_data, as_html, as_text
 from torquer.base.strict_json import finite_or_none
 from torquer.campaign.statistics import quantile
+from torquer.design.failure import Failure
 from torquer.design.gyro.case import GyroCase
 from torquer.design.gyro.flown_scenario import EXACT_DEG, POINTED_DEG
 from torquer.design.pointing_flights import PointingFlights
@@ -60,8 +61,8 @@ class GyroDesign:
     design and of others; `margins`: degrees over a day by what differs from what the law knows;
     `law`: its keys, as in a scenario; `scenario`: the one that flies with it, from the tip-off rate
     until the satellite points; `dipole_turns_rad`: by which angle the satellite's own dipole turns
-    stage 2 until it is found; `flights` of the scenario, or None; `verdict`: whether the answer
-    holds; `notes`: what the user should know.
+    stage 2 until it is found; `flights` of the scenario, or None; `failure`: why they do not point,
+    or None; `verdict`: whether the answer holds; `notes`: what the user should know.
     """
 
     case: GyroCase
@@ -81,6 +82,7 @@ class GyroDesign:
     scenario: Scenario
     dipole_turns_rad: float
     flights: PointingFlights | None = None
+    failure: Failure | None = None
     verdict: Verdict = VALID
     notes: tuple[str, ...] = ()
 
@@ -213,6 +215,7 @@ class GyroDesign:
                 cause.text: [row.value for row in angles] for cause, *angles in self.errors_table()
             },
             "time_to_point": {"theory": theory | times["theory"], "flights": flights},
+            "failure": self.failure and self.failure.data(),
             "verdict": self.verdict.data(),
             "notes": [*self.notes],
         }
@@ -233,6 +236,7 @@ class GyroDesign:
             *as_text(self.times(), 14, 24),
             self.time_in_words(),
             *self.verdict.lines(),
+            *(self.failure.lines() if self.failure else ()),
             *as_text(self.errors_table(), 10, 20),
             *self._cost_lines(),
             _BIAS.format_map(texts),

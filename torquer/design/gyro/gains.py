@@ -12,6 +12,7 @@ from torquer.computer.laws.magneto_gyro.law import MagnetoGyro
 from torquer.design.gyro.answer import GyroDesign
 from torquer.design.gyro.case import GyroCase, make_case
 from torquer.design.gyro.domain import STIFF, dipole_in_stage_2, judge_design
+from torquer.design.gyro.failure import explain_pointing, fails
 from torquer.design.gyro.flown_scenario import (
     EXACT_DEG,
     POINTED_DEG,
@@ -45,6 +46,10 @@ _DIPOLE_NT = [-29350.0, -1410.3, 4545.5]
 #: Flights: as many unless asked for, their orbits (least, times the theory's, more, most), and
 #: control steps of all of them, some seconds of computing.
 _FLIGHTS, _ORBITS, _MOST_STEPS = 12, (10.0, 1.5, 3.0, 200.0), 4e6
+#: Loops tried for each of other laws where the one designed fails.
+_FEWER = 30
+#: Degrees, over the wanted one, of other laws for the same satellite.
+_OTHER_DEGREES = (0.6, 1.0, 1.4)
 
 
 def magneto_gyro(
@@ -61,6 +66,7 @@ def magneto_gyro(
 
     The scenario describes the satellite: inertia, wheel_momentum_n_m_s of its body, orbit, field,
     model on board, noise and bias of the magnetometer. Its own laws and modes are replaced.
+    Where more than a tenth of the releases flown do not point, `failure` says why, by flights.
     `progress`: called with releases flown and in total. ValueError for a satellite, or an orbit, on
     which the system cannot work.
     """
@@ -75,7 +81,25 @@ def magneto_gyro(
     pointed_s = made.time.below(math.radians(POINTED_DEG))
     turned = made.dipole_turns_rad
     verdict = judge_design(made.case, made.first, turned, pointed_s, made.flights)
-    return replace(made, verdict=verdict, notes=tuple(notes_on(made)))
+    failure = None
+    if fails(made.flights):
+        failure = explain_pointing(made, _other_laws(made))
+    return replace(made, verdict=verdict, failure=failure, notes=tuple(notes_on(made)))
+
+
+def _other_laws(made: GyroDesign) -> dict[str, dict]:
+    """Keys of laws for other degrees of stage 2, by what they are called."""
+    found = {}
+    for part in _OTHER_DEGREES:
+        degree = part * made.request.degree
+        asked = replace(made.request, degree=degree, evaluations=_FEWER)
+        try:
+            second = _second(made.case, asked)
+        except (ArithmeticError, ValueError):
+            continue
+        law = _law(made.case, made.first, second, asked.form)
+        found[f"gains for a degree of {degree:.2g} (--degree, --evaluations {_FEWER})"] = law
+    return found
 
 
 def _design(case: GyroCase, request: MagnetoGyroRequest) -> GyroDesign:
