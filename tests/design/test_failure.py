@@ -137,6 +137,15 @@ def test_causes_that_only_together_limit_are_named(satellite):
     )
 
 
+def test_a_cause_without_which_all_arrive_limits_whatever_the_error():
+    """Most starts point well, some never: the median error hardly changes."""
+    without = {"bias": Flown(11, 16, 0.15), "residual dipole": Flown(16, 16, 0.5)}
+    found = Failure("it", "error", "deg", Flown(12, 16, 0.52), without, ((), Flown(0, 0, math.nan)))
+    assert found.limiting == "residual dipole"
+    said = "why: what limits: residual dipole; without it 16 of 16, median 0.5 deg"
+    assert said in found.lines()
+
+
 def test_a_law_that_does_not_exist_is_no_answer(satellite):
     def none(scenario, seed):
         raise ArithmeticError("no such regulator")

@@ -64,9 +64,13 @@ class Failure:
 
     @property
     def limiting(self) -> str | None:
-        """The cause with which most of the error or time goes, if it is at least half."""
-        most = max(self.without, key=self.share, default=None)
-        return most if most is not None and self.share(most) >= _LIMITS else None
+        """The cause without which nearly all arrive; else that with which most of the error or time
+        goes, if it is at least half."""
+        enough = [name for name, flown in self.without.items() if flown.is_enough]
+        most = max(enough or self.without, key=self.share, default=None)
+        if most is None or not (enough or self.share(most) >= _LIMITS):
+            return None
+        return most
 
     def data(self) -> dict:
         """Plain data, with units in the keys."""
@@ -113,7 +117,9 @@ class Failure:
 
     def _limit(self) -> str:
         if (name := self.limiting) is not None and self.without[name].is_enough:
-            return f"what limits: {name}, {100.0 * self.share(name):.0f} % of it"
+            if self.share(name) >= _LIMITS:
+                return f"what limits: {name}, {100.0 * self.share(name):.0f} % of it"
+            return f"what limits: {name}; without it {self._told(self.without[name])}"
         names, flown = self.together
         if not names:
             return "what limits: nothing disturbs it; the design is too weak for these starts"
@@ -150,7 +156,7 @@ def without_each(
     without all where even these do not arrive.
     """
     alone = {group: fly(lessened(scenario, group, 0.0), 1) for group in groups}
-    order = sorted(groups, key=lambda group: alone[group].median)
+    order = sorted(groups, key=lambda group: (not alone[group].is_enough, alone[group].median))
     names: list[str] = []
     flown = Flown(0, 0, math.nan)
     for group in order:
