@@ -62,7 +62,7 @@ OF_KEYS = (
     ("range", PERIODIC, RANGE, ("range_nt", "range_deg_s")),
     ("missing readings", PERIODIC, GAPS,
      ("rate_limit_deg_s", "sun_exclusion_deg", "moon_exclusion_deg", "earth_exclusion_deg")),
-    ("times", PERIODIC, SAMPLING, ("sample_s", "delay_s", "lag_s", "pwm_period_s")),
+    ("times", PERIODIC, SAMPLING, ("sample_s", "delay_s", "lag_s", "pwm_period_s", "pwm_place")),
 )  # fmt: skip
 #: Torques by key of `[disturbance]`: name, words, class, group; None for what is no torque.
 TORQUES: dict[str, tuple[str, str, str, str] | None] = {
