@@ -175,3 +175,8 @@ EXAMPLES = {
     },
     "user": {"file": "law.py", "parameters": {"gain": 5e4}},
 }
+
+
+def of_scenario(name: str) -> tuple:
+    """What a law asks of the scenario, for laws that are called without one."""
+    return {"to_ecef": ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))}[name]

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import ClassVar, Literal, NamedTuple, get_type_hints
 
 import pytest
-from law_examples import EXAMPLES as EXAMPLES_OF_LAWS
+from law_examples import EXAMPLES as EXAMPLES_OF_LAWS, of_scenario
 from pydantic import Field, ValidationError
 
 import torquer
@@ -143,7 +143,7 @@ def test_limits_that_are_none_are_refused(limits, must):
 
 @pytest.mark.parametrize("kind", sorted(set(EXAMPLES_OF_LAWS) - {"off", "user"}))
 def test_each_number_of_a_law_of_the_package_has_limits_or_says_that_it_needs_none(kind):
-    law = BUILT_IN[kind](kind=kind, **EXAMPLES_OF_LAWS[kind]).law()
+    law = BUILT_IN[kind](kind=kind, **EXAMPLES_OF_LAWS[kind]).law().filled(of_scenario)
     assert law.values() and not undeclared(law)
 
 

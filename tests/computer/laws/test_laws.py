@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from known import put_known
 from law_cases import UNKNOWN, ZERO, by_hand, compiled, inputs
-from law_examples import EXAMPLES
+from law_examples import EXAMPLES, of_scenario
 from numba.core.runtime import _nrt_python, rtsys
 from pydantic import TypeAdapter
 from scipy.spatial.transform import Rotation
@@ -58,7 +58,7 @@ def example(tmp_path_factory):
         keys = {k: str(file) if k == "file" else v for k, v in EXAMPLES[kind].items()}
         if turn is not None:
             keys |= turned_keys(kind, keys, turn)
-        return SPECS.validate_python({"kind": kind, **keys}).law()
+        return SPECS.validate_python({"kind": kind, **keys}).law().filled(of_scenario)
 
     return make
 

@@ -63,7 +63,7 @@ class Flown:
     """A law that is called in order, with what it remembers."""
 
     def __init__(self, made):
-        self.law = made.law().with_earth(as_matrix(EARTH))
+        self.law = made.law().filled(lambda name: as_matrix(EARTH))
         self.ask, self.packed = compiled(self.law), self.law.pack()
         self.cells = self.law.first_memory()
         self.memory = self.law.record_of(self.cells)

@@ -12,9 +12,11 @@ from typing import Any
 
 import numpy as np
 
+from torquer.base.columns import array_of
 from torquer.base.computing import changed
 from torquer.base.spec import Spec
 from torquer.base.validate import quantity_range
+from torquer.computer.blocks.adapter import flat
 from torquer.computer.blocks.limits import FREE, Limits, declared_limits
 
 #: A number of a spec: its key, and its place in a list, None for a key that is a number.
@@ -67,7 +69,9 @@ def _image(spec: Spec, place: Place, limits: Limits, number: int, now: float) ->
 
 
 def _packed(spec: Any) -> np.ndarray:
-    return (spec.law() if hasattr(spec, "law") else spec.estimator()).pack()
+    """Numbers of a spec's block; NaN, which is never the same, for what the scenario gives."""
+    block = spec.law() if hasattr(spec, "law") else spec.estimator()
+    return array_of(flat(block.parameters))
 
 
 def _moved(spec: Spec) -> dict[Place, np.ndarray]:

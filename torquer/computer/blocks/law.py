@@ -34,8 +34,10 @@ _READINGS = {device.given: (device.need,) for device in _ON_DEMAND} | dict.fromk
     ("read_at",), _ALL
 )
 _NAN3 = (math.nan, math.nan, math.nan)
-#: What a user's law may ask of the satellite, as parameters: not known before a scenario is.
-OF_SATELLITE = {"inertia_kg_m2": (_NAN3, _NAN3, _NAN3), "coil_limits_a_m2": _NAN3}
+_NAN33 = (_NAN3, _NAN3, _NAN3)
+#: What a law may ask of the scenario, as parameters: not known before that is. `to_ecef`: matrix
+#: (rows) from inertial to Earth-fixed axes at the start.
+OF_SATELLITE = {"inertia_kg_m2": _NAN33, "coil_limits_a_m2": _NAN3, "to_ecef": _NAN33}
 #: Estimate of a law in its memory: whether there is one (1 or 0), attitude (quaternion of the body
 #: to the inertial frame), absolute rate in body axes [rad/s].
 NOTHING_STATED = (0.0,) * 8
@@ -90,16 +92,13 @@ class Law(Block):
 
     `answers`: "dipole" or "torque" for a law that returns three numbers, "command" for one that
     returns a `Command` and drives coils and wheels. `states`: the part of the memory in which the
-    law states an estimate of its own, as `NOTHING_STATED`. `earth`: the parameter that a run sets
-    to the matrix (rows) from inertial to Earth-fixed axes at its start. `waits_for`: what of its
-    `needs` must be finite numbers for it to be called; a user's law sees what sensors read.
-    `satellite`: its parameters that are those of the satellite, of `OF_SATELLITE`, unless they are
-    given.
+    law states an estimate of its own, as `NOTHING_STATED`. `waits_for`: what of its `needs` must be
+    finite numbers for it to be called; a user's law sees what sensors read. `satellite`: its
+    parameters that follow from the scenario, of `OF_SATELLITE`, unless they are given.
     """
 
     answers: Literal["dipole", "torque", "command"] = "dipole"
     states: str | None = None
-    earth: str | None = None
     waits_for: frozenset[str] = frozenset({"attitude", "rate"})
     satellite: tuple[str, ...] = field(default=(), kw_only=True)
 
@@ -124,12 +123,6 @@ class Law(Block):
     def states_at(self) -> int:
         """First cell of the stated estimate in the memory; -1 for a law that states none."""
         return -1 if self.states is None else self.memory_places()[self.states][0]
-
-    def with_earth(self, to_ecef: tuple) -> "Law":
-        """The law in a run at whose start the Earth stands so; itself unless it asks for that."""
-        if self.earth is None:
-            return self
-        return replace(self, parameters=self.parameters._replace(**{self.earth: to_ecef}))
 
     @property
     def waits(self) -> int:

@@ -19,7 +19,8 @@ class LawSpec(Spec):
     bears: ClassVar[frozenset[str]] = frozenset()
     answers: ClassVar[str] = "dipole"
     states: ClassVar[str | None] = None
-    earth: ClassVar[str | None] = None
+    #: Parameters that follow from the scenario, of `OF_SATELLITE`; no command sets them.
+    satellite: ClassVar[tuple[str, ...]] = ()
     #: Key of the momentum that the law wants the wheels to have; of its axis, where it is a number.
     momentum_key: ClassVar[str] = ""
     momentum_axis_key: ClassVar[str] = ""
@@ -34,7 +35,7 @@ class LawSpec(Spec):
         parameters = by_scenario(cls.parameters)(self)
         return Law(
             self.kind, cls.kernel, parameters, self.memory, self.log, self.needs,
-            spec=self, answers=self.answers, states=self.states, earth=self.earth,
-            waits_for=self.needs - self.bears,
-            fixed=frozenset({self.earth} if self.earth else ()),
+            spec=self, answers=self.answers, states=self.states,
+            waits_for=self.needs - self.bears, satellite=self.satellite,
+            fixed=frozenset(self.satellite),
         )  # fmt: skip

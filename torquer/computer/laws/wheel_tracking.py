@@ -16,6 +16,7 @@ from pydantic import Field, model_validator
 
 from torquer.base.spec import Inertia, unit_vector
 from torquer.compile.engine import inlined, kernel
+from torquer.computer.blocks.law import OF_SATELLITE
 from torquer.computer.blocks.limits import Limits
 from torquer.computer.blocks.parameters import (
     AnyNumbers,
@@ -68,7 +69,7 @@ Target = Literal["nadir", "sun", "velocity", "orbit_normal", "ground"]
 #: What a target is called in the parameters: a fixed direction has 0.
 _NUMBERS = {"nadir": 1.0, "sun": 2.0, "velocity": 3.0, "orbit_normal": 4.0, "ground": 5.0}
 _NADIR, _SUN, _VELOCITY, _NORMAL, _GROUND = _NUMBERS.values()
-_ZERO, _ROWS = (0.0, 0.0, 0.0), ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+_ZERO = (0.0, 0.0, 0.0)
 #: Half the turn [rad] from what was foreseen that makes a slew: less is left to the spring.
 _JUMP = 0.01
 _NO_SLEW = {
@@ -212,7 +213,7 @@ class WheelTracking(LawSpec):
     memory: ClassVar = _NO_SLEW
     log: ClassVar = {"slew_left_rad": "rad", "q_commanded": "1"}
     answers: ClassVar = "torque"
-    earth: ClassVar = "to_ecef"
+    satellite: ClassVar = ("to_ecef",)
     axis: unit_vector("axis")
     """Axis in the body to be turned to the target."""
     target: Target | unit_vector("target")
@@ -313,5 +314,5 @@ class WheelTracking(LawSpec):
             math.radians(self.greatest_acceleration_deg_s2),
             as_vector(ecef_from_geodetic(*place, self.height_m)),
             math.sin(math.radians(self.least_elevation_deg)),
-            _ROWS,
+            OF_SATELLITE["to_ecef"],
         )

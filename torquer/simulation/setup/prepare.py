@@ -143,9 +143,6 @@ def make_blocks(scenario: Scenario, given: Mapping[str, Law] | None = None) -> B
     for name, law in laws.items():
         if law.name != "off":
             check_fits(control.key_of(name), law, scenario)
-    if any(law.earth for law in laws.values()):
-        stands = earth_at_start(scenario.orbit_environment())
-        laws = {name: law.with_earth(stands) for name, law in laws.items()}
     estimators = {"estimator": control.estimator, **control.estimators}
     check_stated(laws.values(), control)
     own = {name: spec for name, spec in estimators.items() if hasattr(spec, "estimator")}
@@ -158,14 +155,15 @@ def make_blocks(scenario: Scenario, given: Mapping[str, Law] | None = None) -> B
 
 
 @by_scenario
-def earth_at_start(around: OrbitEnvironment) -> tuple:
-    """Matrix (rows) from inertial to Earth-fixed axes at the start."""
+def _earth_at_start(around: OrbitEnvironment) -> tuple:
     return as_matrix(around.dcm_to_ecef(np.zeros(1))[0])
 
 
 def _of_satellite(scenario: Scenario, name: str) -> tuple:
-    """What a law asks of the satellite: see `torquer.computer.blocks.law.OF_SATELLITE`."""
+    """What a law asks of the scenario: see `torquer.computer.blocks.law.OF_SATELLITE`."""
     craft = scenario.spacecraft
+    if name == "to_ecef":
+        return _earth_at_start(scenario.orbit_environment())
     if name == "inertia_kg_m2":
         return as_matrix(unstacked(stacked(craft.body.inertia), 2))
     if craft.coils is None:
