@@ -7,7 +7,7 @@ import numpy as np
 from gallery.drawing import BLUE, RED, label, new_figure
 from gallery.studies.bar_magnet import CASES, COUNTS, NAME, days_of, fly
 from gallery.studies.flying import read
-from gallery.studies.study import Study
+from gallery.studies.study import Study, draw_share
 
 #: Published: days until CSSWE stays within 10 deg of the field.
 PUBLISHED_DAYS = 6.5
@@ -98,9 +98,8 @@ def picture():
     """Days of each start by the number of rods."""
     figure, axes = new_figure("CSSWE: days until it stays within 10 deg of the field", 1, 3.2)
     for count, colour in zip(COUNTS, (BLUE, RED), strict=True):
-        days = np.sort(days_of("limiting curves", count))
-        share = 100.0 * np.arange(1, len(days) + 1) / len(days)
-        axes[0].step(days, share, where="post", color=colour, label=f"{count} rods on an axis")
+        days, rods = days_of("limiting curves", count), f"{count} rods on an axis"
+        draw_share(axes[0], days, 14.0, color=colour, label=rods)
     axes[0].axvline(PUBLISHED_DAYS, color="#777777", ls=":", label="published")
     axes[0].set(xlim=(0.0, 14.0), ylim=(0.0, 100.0))
     label(axes[0], "time [days]", "starts that have settled [%]")

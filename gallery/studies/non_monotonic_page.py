@@ -19,7 +19,7 @@ from gallery.studies.non_monotonic import (
     of_factor,
 )
 from gallery.studies.pocketqube import gain_a_m2_t_s
-from gallery.studies.study import Study
+from gallery.studies.study import Study, draw_share
 from torquer.scenario.load import load_scenario
 
 #: Published: share [%] of 100 starts within 2 h, and hours after which half are there.
@@ -171,10 +171,7 @@ def picture():
     """Share of the starts that are there over time, isotropic starts with noise, by laws."""
     figure, axes = new_figure("Six laws: isotropic starts that have 1 % of their momentum", 1, 3.4)
     for law, colour in zip(LAWS, COLOURS, strict=True):
-        hours = np.sort(hours_of("isotropic", law), axis=None)
-        there = hours[np.isfinite(hours)]
-        shares = 100.0 * np.arange(len(there) + 1) / hours.size
-        axes[0].step([0.0, *there], shares, where="post", color=colour, label=law, lw=1.4)
+        draw_share(axes[0], hours_of("isotropic", law), 2.0, color=colour, label=law)
     axes[0].set(xlim=(0.0, 2.0), ylim=(0.0, 100.0))
     label(axes[0], "time [h]", "share that is there [%]", columns=3)
     return figure

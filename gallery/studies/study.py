@@ -3,6 +3,8 @@
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
+import numpy as np
+
 #: Flies a case with so many members, or with its own number of them: one row each.
 Fly = Callable[[int | None], list[dict]]
 
@@ -18,3 +20,10 @@ class Study(NamedTuple):
     cases: Mapping[str, Fly]
     section: Callable[[], str]
     picture: tuple[str, Callable]
+
+
+def draw_share(axes, times, end: float, **keys) -> None:
+    """Share [%] of the starts that are there, over time until the end; NaN: never there."""
+    there = np.sort(times[np.isfinite(times)], axis=None)
+    shares = 100.0 * np.arange(len(there) + 1) / times.size
+    axes.step([0.0, *there, end], [*shares, shares[-1]], where="post", lw=1.4, **keys)
