@@ -471,5 +471,6 @@ def test_limits_of_a_law_of_ones_own_hold_in_flight_and_in_the_header(tmp_path):
 
 def test_and_in_the_scenario(tmp_path):
     must = r"parameters\.gain: must be at least 0, at most 4; received 5"
+    scenario = own_law(tmp_path, "parameters = { gain = 5.0 }")
     with pytest.raises(ValueError, match=must):
-        own_law(tmp_path, "parameters = { gain = 5.0 }")
+        scenario.control.law.law()
