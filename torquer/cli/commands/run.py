@@ -220,9 +220,9 @@ def _write(result, out: Path, signals: Stop, how: RunOptions) -> dict:
 
 def _remove_old_plots(out: Path) -> None:
     """Remove the pictures of an earlier result, which would contradict the report."""
-    flown = (out / "result.nc").stat().st_mtime
+    kinds = {".png", ".svg", ".pdf", ".txt"}
     for folder in (out / "plots", out / "paper"):
-        for kind in () if folder.is_symlink() else ("png", "svg", "pdf", "txt"):
-            for picture in folder.glob(f"*.{kind}"):
-                if picture.stat().st_mtime < flown:
-                    picture.unlink()
+        for picture in () if folder.is_symlink() else folder.glob("*.*"):
+            is_older = picture.stat().st_mtime < (out / "result.nc").stat().st_mtime
+            if picture.suffix in kinds and is_older:
+                picture.unlink()
