@@ -232,7 +232,7 @@ def kind_of(name: str, values: xr.Variable) -> str:
 def test_every_variable_of_a_result_is_described(detumble, flown, switched, estimated):
     seen: set[str] = set()
     for result in (detumble, flown, switched, estimated):
-        assert set(result.attrs) == set(ATTRIBUTES)
+        assert set(result.attrs) == set(ATTRIBUTES) - {"ended_by"}  # no condition ended these
         for name, values in result.variables.items():
             if not (kind := kind_of(name, values)):
                 continue

@@ -8,7 +8,7 @@ from torquer.campaign.checks import CHECKS, ENDED_S
 from torquer.campaign.outcomes import TOTALS
 from torquer.campaign.signals import Flown
 from torquer.scenario.ending import EndWhen
-from torquer.simulation.setup.ending import Seen, end_signal, has_ended
+from torquer.simulation.setup.ending import NOT_YET, Seen, end_signal, has_ended
 
 #: Cells of the state that outcomes and checks take at the end.
 CELLS_AT_END = (*TOTALS, *(check.cell for check in CHECKS.values()))
@@ -22,7 +22,7 @@ class Ends:
 
     def __init__(self, when: EndWhen | None, count: int, length_s: float):
         self._when, self._length_s = when, length_s
-        self._seen = Seen(np.full(count, np.nan), np.full(count, np.nan))
+        self._seen = Seen(np.full(count, NOT_YET), np.full(count, NOT_YET))
         self.t_s = np.full(count, np.nan)
         self._cells = np.full((count, len(CELLS_AT_END)), np.nan)
 

@@ -14,7 +14,7 @@ from torquer.compile import engine
 from torquer.scenario.change import with_values
 from torquer.scenario.ending import EndWhen
 from torquer.scenario.load import scenario_from_text
-from torquer.simulation.setup.ending import Seen, has_ended
+from torquer.simulation.setup.ending import NOT_YET, Seen, has_ended
 
 jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 BELOW = {"signal": "rate_deg_s", "below": 1.2, "for_s": 60.0}
@@ -37,7 +37,7 @@ def tip_off(when=None, **changes):
 
 def looked_at(when, signal):
     """The record at which a condition ends a signal (r,) of one member, 10 s apart; None: never."""
-    seen = Seen(np.full(1, np.nan), np.full(1, np.nan))
+    seen = Seen(np.full(1, NOT_YET), np.full(1, NOT_YET))
     for row, value in enumerate(signal):
         if has_ended(EndWhen(**when), 10.0 * row, np.array([value]), seen)[0]:
             return row

@@ -9,12 +9,12 @@ from torquer.simulation.loop.state import Dynamics, State
 from torquer.simulation.results.momenta import Carried, momentum_size
 from torquer.spacecraft.actuators.rotors import Rotors
 
+#: Of what a member remembers: nothing yet.
+NOT_YET = np.inf
+
 
 class Seen(NamedTuple):
-    """What n members remember for the condition: the signal at the start, since when it holds [s].
-
-    NaN: not yet.
-    """
+    """What n members remember: the signal at the start, since when the condition holds [s]."""
 
     start: np.ndarray
     since_s: np.ndarray
@@ -25,11 +25,10 @@ def has_ended(when: EndWhen, t_s: float, signal: np.ndarray, seen: Seen) -> np.n
 
     Not at the start: no run is without a step.
     """
-    seen.start[...] = np.where(np.isnan(seen.start), signal, seen.start)
+    seen.start[...] = np.where(seen.start == NOT_YET, signal, seen.start)
     value = signal / np.where(seen.start == 0.0, np.nan, seen.start) if when.of_start else signal
     holds = value < when.below if when.below is not None else value > when.above
-    since_s = np.where(np.isnan(seen.since_s), t_s, seen.since_s)
-    seen.since_s[...] = np.where(holds, since_s, np.nan)
+    seen.since_s[...] = np.where(holds, np.minimum(seen.since_s, t_s), NOT_YET)
     return holds & (t_s > 0.0) & (t_s - seen.since_s >= when.for_s * (1.0 - 1e-12))
 
 

@@ -67,6 +67,7 @@ from torquer.simulation.loop.state import (
 from torquer.simulation.loop.timetable import Sampling, Timetable, longest_interval, make_timetable
 from torquer.simulation.propagate.adaptive import Auto
 from torquer.simulation.propagate.fixed_steps import Rk4, Splitting
+from torquer.simulation.setup.ending import NOT_YET
 from torquer.simulation.setup.own_functions import own_sensor, own_torques
 from torquer.simulation.setup.several import make_selection, unit_rows
 from torquer.spacecraft.actuators.coils import COIL_STATE, NO_COILS, CoilSet, coil_targets
@@ -394,7 +395,7 @@ def first_state(
     cells = records(np.zeros(1, CELLS))
     cells["next_step_s"] = cells["slow_step_s"] = _FIRST_STEP_S
     cells["least_step_s"] = np.inf
-    cells["start_signal"] = cells["holds_since_s"] = np.nan
+    cells["start_signal"] = cells["holds_since_s"] = NOT_YET
     motion = first_motion(scenario, r_m, v_m_s)
     coils, goal = _first_coils(plan.plant.coils)
     cells = put_numbers(put_numbers(cells, 0, motion), CELLS.names.index("goal_x"), array_of(goal))
