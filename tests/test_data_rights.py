@@ -10,7 +10,10 @@ PAGE = (ROOT / "docs/data.md").read_text(encoding="utf-8")
 #: Files of the package that are no data of others.
 _OWN = (".py", ".pyc", ".typed", ".md", ".html", ".css", ".js", ".sh", ".c", ".h", ".ld", ".in")
 _OWN += (".cpp", ".hpp", ".fpp")
-_OWN_NAMES = ("start.toml", "words.toml", "stored_tables.json", "CMakeLists.txt", "Makefile")
+_OWN_NAMES = (
+    *("start.toml", "words.toml", "stored_tables.json", "CMakeLists.txt", "Makefile"),
+    *("ru.po", "ru.mo"),
+)
 
 
 def test_every_shipped_file_of_data_has_its_rights():
