@@ -1,5 +1,6 @@
 """Processes that need the same kernel at once: one compiles it, the others wait and find it."""
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -8,14 +9,17 @@ import time
 from pathlib import Path
 
 import pytest
+from law_cases import compiled
 
 import torquer
 from torquer.compile import engine, turns
+from torquer.computer.blocks.user import UserLaw
 
 pytestmark = [
     pytest.mark.skipif(not engine.COMPILED, reason="nothing is compiled"),
     pytest.mark.skipif(turns.fcntl is None, reason="this system has no such locks"),
 ]
+EXAMPLES = Path(__file__).parents[2] / "examples"
 MODULE = """
 import sys, time
 from torquer.compile.engine import inlined, kernel
@@ -120,3 +124,18 @@ def test_in_a_folder_that_cannot_be_written_nobody_waits(tmp_path):
     begun_s = time.monotonic()
     assert turns.take(tmp_path / "missing", "a") is None
     assert time.monotonic() - begun_s < 1.0
+
+
+def test_turns_end_with_whatever_was_compiled(tmp_path):
+    """Also of a user's law, and of one that cannot be compiled: others would wait for it."""
+    from torquer.compile import numba_private
+
+    head = "import torquer\n@torquer.law()\ndef own(inputs, parameters, memory):\n    return "
+    for body, fails in (("(1.0, 2.0, 3.0)", False), ("(1.0, missing, 3.0)", True)):
+        file = tmp_path / f"{'fails' if fails else 'works'}.py"
+        file.write_text(head + body)
+        with pytest.raises(ValueError, match="missing") if fails else contextlib.nullcontext():
+            compiled(UserLaw(kind="user", file=file).law())
+        assert numba_private._turns == []
+    torquer.simulate(torquer.load_scenario(EXAMPLES / "my_law.toml"), until_s=5.0)
+    assert numba_private._turns == []

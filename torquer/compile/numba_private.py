@@ -212,8 +212,11 @@ def rebuild(target_context, payload) -> CompileResult:
 
 @contextlib.contextmanager
 def rare_collections() -> Iterator[None]:
-    """Within the block nobody else compiles, and Python looks for garbage less often."""
-    with global_compiler_lock:
+    """Within the block nobody else compiles, and Python looks for garbage less often.
+
+    Turns to compile that began within it end with it.
+    """
+    with global_compiler_lock, ending_turns():
         usual = gc.get_threshold()
         gc.set_threshold(_NEW_OBJECTS, *usual[1:])
         try:
