@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from computer.laws.test_laws import EXAMPLES, SPECS, readings
 from law_cases import UNKNOWN
+from law_examples import of_scenario
 from on_board import Gated, OnBoard
 
 from torquer.computer.blocks.law import law
@@ -41,7 +42,7 @@ BUILT_IN = [kind for kind in LAWS if kind != "user"]
 
 def example(kind):
     """The example of a built-in law."""
-    return SPECS.validate_python({"kind": kind, **EXAMPLES[kind]}).law()
+    return SPECS.validate_python({"kind": kind, **EXAMPLES[kind]}).law().filled(of_scenario)
 
 
 def flown(made, rows, on_board=OnBoard):
