@@ -25,7 +25,6 @@ that are found are those wanted, not those that the coils can give: k sets how n
 they work.
 """
 
-import math
 from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field
@@ -34,7 +33,7 @@ from torquer.base.spec import Inertia
 from torquer.compile.engine import inlined, kernel
 from torquer.computer.blocks.parameters import InertiaNumbers, NotNegative
 from torquer.computer.laws.law_spec import LawSpec
-from torquer.maths.geometry.quaternion import rotate_inverse
+from torquer.maths.geometry.quaternion import from_rotation_vector, rotate_inverse
 from torquer.maths.geometry.vec3 import (
     add,
     add_scaled,
@@ -91,16 +90,6 @@ def non_monotonic_derivative(inputs, parameters, memory):
     return _command(inputs, parameters, b, add(inputs.b_rate_body_t_s, cross(omega, b)))
 
 
-@inlined
-def _turned(omega, interval_s):
-    """Quaternion of the turn by a constant rate."""
-    rate = norm(omega)
-    half = 0.5 * rate * interval_s
-    factor = math.sin(half) / rate if rate > 0.0 else 0.5 * interval_s
-    x, y, z = scale(factor, omega)
-    return (x, y, z, math.cos(half))
-
-
 @kernel
 def non_monotonic(inputs, parameters, memory):
     """The law with a rate of the field that magnetometer and gyro give.
@@ -118,7 +107,7 @@ def non_monotonic(inputs, parameters, memory):
     elif interval_s > 0.0:
         alpha = min(1.0, 2.0 * interval_s / parameters.filter_s)
         beta = alpha * alpha / (2.0 - alpha)
-        turn = _turned(inputs.estimate.omega_body_rad_s, interval_s)
+        turn = from_rotation_vector(scale(interval_s, inputs.estimate.omega_body_rad_s))
         rate = rotate_inverse(turn, rate)
         known_b = add_scaled(rotate_inverse(turn, known_b), interval_s, rate)
         off = sub(b, known_b)

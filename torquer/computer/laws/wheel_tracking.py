@@ -25,6 +25,7 @@ from torquer.computer.blocks.parameters import (
     Share,
     UnitNumbers,
 )
+from torquer.computer.estimation.triad import put_quaternion, read_quaternion
 from torquer.computer.informed import MODEL_SUN, PLACE
 from torquer.computer.laws.bdot import GAP, shortest_with
 from torquer.computer.laws.guidance import (
@@ -128,11 +129,6 @@ def _track(inputs, p, aim):
 
 
 @inlined
-def _quaternion(cells):
-    return (cells[0], cells[1], cells[2], cells[3])
-
-
-@inlined
 def _is_elsewhere(p, q):
     """Whether one attitude differs from another by more than the spring is left."""
     turn = multiply(conjugate(p), q)
@@ -158,7 +154,7 @@ def _slewing(p, memory, reference, t_s):
 def _expected(memory, interval_s):
     """The reference that the last call foresaw."""
     omega, alpha = read_vector(memory.omega_reference), read_vector(memory.alpha_reference)
-    return ahead(Steered(_quaternion(memory.q_reference), omega, alpha), interval_s)
+    return ahead(Steered(read_quaternion(memory.q_reference), omega, alpha), interval_s)
 
 
 @inlined
@@ -189,16 +185,12 @@ def wheel_tracking(inputs, parameters, memory):
     p = parameters
     reference = steered_by(_track(inputs, p, p.first), _track(inputs, p, p.second), p.q_axes)
     _follow(inputs, p, memory, reference)
-    q, omega, alpha = reference.q, reference.omega, reference.alpha
-    memory.q_reference[0], memory.q_reference[1] = q[0], q[1]
-    memory.q_reference[2], memory.q_reference[3] = q[2], q[3]
-    put_vector(memory.omega_reference, omega)
-    put_vector(memory.alpha_reference, alpha)
+    put_quaternion(memory.q_reference, reference.q)
+    put_vector(memory.omega_reference, reference.omega)
+    put_vector(memory.alpha_reference, reference.alpha)
     steered, memory.slew_left_rad = _slewing(p, memory, reference, inputs.t_s)
-    q = steered.q
-    memory.q_commanded[0], memory.q_commanded[1] = q[0], q[1]
-    memory.q_commanded[2], memory.q_commanded[3] = q[2], q[3]
-    error, relative = deviation(inputs, (0.0, 0.0, 0.0, 1.0), q, steered.omega)
+    put_quaternion(memory.q_commanded, steered.q)
+    error, relative = deviation(inputs, (0.0, 0.0, 0.0, 1.0), steered.q, steered.omega)
     m = carried_torque(inputs, p.inertia, steered.omega, steered.alpha, p.gravity)
     wanted = scale(-2.0 * p.damping * p.bandwidth, relative)
     wanted = add_scaled(wanted, -2.0 * p.bandwidth * p.bandwidth, short_way(error))
