@@ -69,10 +69,14 @@ def save_figure(figure: Figure, path) -> Path:
     return put(path, encode_png(figure))
 
 
-def save_pdf(figure: Figure, path) -> Path:
-    """Write a figure as a PDF file, the same bytes each time."""
-    data = io.BytesIO()
-    figure.savefig(data, format="pdf", metadata={"CreationDate": None})
+#: What a format states of the moment of drawing.
+_MOMENT = {"pdf": "CreationDate", "svg": "Date"}
+
+
+def save_vector(figure: Figure, path: Path) -> Path:
+    """Write a figure as a PDF or SVG file, as its name says, the same bytes each time."""
+    data, kind = io.BytesIO(), path.suffix[1:]
+    figure.savefig(data, format=kind, metadata={_MOMENT[kind]: None})
     return put(path, data.getvalue())
 
 

@@ -19,7 +19,7 @@ from matplotlib.textpath import TextToPath
 
 from torquer.base.language import message
 from torquer.report.common.colours import GREEN, RED
-from torquer.report.common.figure import DPI, FAINT, INK, Sheet, save_pdf
+from torquer.report.common.figure import DPI, FAINT, INK, Sheet, save_vector
 
 #: Sizes [inch]: of the sheet and its margin; gaps between columns, parts, and cells.
 WIDTH, HEIGHT, MARGIN = 8.27, 11.69, 0.5
@@ -120,7 +120,7 @@ def draw_page(page: Page) -> Sheet:
 
 def save_page(page: Page, folder: Path) -> Path:
     """Write a page as `page.pdf` into a folder."""
-    return save_pdf(draw_page(page), folder / "page.pdf")
+    return save_vector(draw_page(page), folder / "page.pdf")
 
 
 def _tall(lines: Sequence[_Line]) -> float:

@@ -3,7 +3,6 @@
 What a figure shows is told by its caption, not on it: `captions.txt` has a line for each.
 """
 
-import io
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.text import Text
 
-from torquer.report.common.figure import Sheet, encode_png
+from torquer.report.common.figure import Sheet, save_figure, save_vector
 from torquer.simulation.results.file import own_folder, put
 
 MM = 1.0 / 25.4
@@ -71,17 +70,8 @@ def save_paper(figures: Mapping[str, Figure], folder: Path) -> list[Path]:
     own_folder(folder)
     written = []
     for name, figure in figures.items():
-        written += [
-            put(folder / f"{name}.png", encode_png(figure)),
-            put(folder / f"{name}.pdf", _drawn(figure, "pdf", {"CreationDate": None})),
-            put(folder / f"{name}.svg", _drawn(figure, "svg", {"Date": None})),
-        ]
+        written.append(save_figure(figure, folder / f"{name}.png"))
+        with rc_context(_LETTERS):
+            written += [save_vector(figure, folder / f"{name}.{kind}") for kind in ("pdf", "svg")]
     captions = "".join(f"{name}: {figure.get_label()}\n" for name, figure in figures.items())
     return [*written, put(folder / "captions.txt", captions)]
-
-
-def _drawn(figure: Figure, kind: str, metadata: dict) -> bytes:
-    data = io.BytesIO()
-    with rc_context(_LETTERS):
-        figure.savefig(data, format=kind, metadata=metadata)
-    return data.getvalue()
