@@ -14,8 +14,8 @@ from torquer.computer.estimation.channels import expect
 from torquer.computer.estimation.covariance import state_slices, update
 from torquer.computer.estimation.kalman_dynamics import ModelEnvironment, full, linearise
 from torquer.computer.estimation.measurements.measurement import estimated_rows
-from torquer.computer.estimation.triad import read_quaternion
 from torquer.environment.albedo import earthlight
+from torquer.maths.geometry.quaternion import read_quaternion
 from torquer.maths.geometry.vec3 import add, put_matrix, read_vector, scale
 
 _ZERO = (0.0, 0.0, 0.0)

@@ -33,8 +33,13 @@ from torquer.computer.estimation.kalman import (
 )
 from torquer.computer.estimation.measurements.table import FIELD_CHANNEL
 from torquer.computer.estimation.starts import UNINFORMED, has_attitude
-from torquer.computer.estimation.triad import put_quaternion, rate_between, read_quaternion
-from torquer.maths.geometry.quaternion import from_rotation_vector, multiply
+from torquer.computer.estimation.triad import rate_between
+from torquer.maths.geometry.quaternion import (
+    from_rotation_vector,
+    multiply,
+    put_quaternion,
+    read_quaternion,
+)
 from torquer.maths.geometry.vec3 import put_matrix, put_row, scale, unit
 
 #: Hypotheses at the start, equally spaced about the field, and places for more.

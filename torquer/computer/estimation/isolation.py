@@ -21,8 +21,9 @@ from torquer.computer.estimation.measurements.table import (
     UNITS_AT,
     VECTORS,
 )
-from torquer.computer.estimation.triad import CONTRADICTION_RAD, read_quaternion
+from torquer.computer.estimation.triad import CONTRADICTION_RAD
 from torquer.computer.estimation.watch import GROWN_S, watch
+from torquer.maths.geometry.quaternion import read_quaternion
 from torquer.maths.geometry.vec3 import dot
 
 #: Number of rejected readings in a row from which on something is wrong; by chance it is not.

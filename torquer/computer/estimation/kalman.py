@@ -28,13 +28,15 @@ from torquer.computer.estimation.measurements.measurement import NO_MEASUREMENT,
 from torquer.computer.estimation.measurements.star_tracker import keep_rotation
 from torquer.computer.estimation.measurements.table import FIRST_CELL, UNITS_AT
 from torquer.computer.estimation.starts import has_attitude
-from torquer.computer.estimation.triad import (
+from torquer.computer.estimation.watch import follow
+from torquer.computer.interface import UNKNOWN_ESTIMATE, Estimate
+from torquer.maths.geometry.quaternion import (
+    from_rotation_vector,
+    multiply,
+    normalise,
     put_quaternion,
     read_quaternion,
 )
-from torquer.computer.estimation.watch import follow
-from torquer.computer.interface import UNKNOWN_ESTIMATE, Estimate
-from torquer.maths.geometry.quaternion import from_rotation_vector, multiply, normalise
 from torquer.maths.geometry.vec3 import is_finite, put_vector
 
 NOTHING = (math.nan, math.nan, math.nan)

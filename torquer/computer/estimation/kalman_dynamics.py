@@ -39,7 +39,6 @@ from torquer.computer.estimation.covariance import (
 from torquer.computer.estimation.filter import SIGMAS, Filter, describe_keys
 from torquer.computer.estimation.hypotheses import hypotheses_memory, step_by_field
 from torquer.computer.estimation.kalman import step
-from torquer.computer.estimation.triad import put_quaternion, read_quaternion
 from torquer.environment.earth.gravity import gravity_gradient_at, gravity_gradient_torque
 from torquer.maths.geometry.frames import mat_mul, transpose
 from torquer.maths.geometry.quaternion import (
@@ -47,6 +46,8 @@ from torquer.maths.geometry.quaternion import (
     from_rotation_vector,
     multiply,
     normalise,
+    put_quaternion,
+    read_quaternion,
     rotate_inverse,
     to_dcm,
 )

@@ -33,13 +33,14 @@ from torquer.computer.estimation.filter import SIGMAS, Filter, describe_keys
 from torquer.computer.estimation.hypotheses import hypotheses_memory, step_by_field
 from torquer.computer.estimation.kalman import step
 from torquer.computer.estimation.mounting import by_misalignment, by_scale, without_mounting
-from torquer.computer.estimation.triad import put_quaternion, read_quaternion
 from torquer.maths.geometry.frames import mat_mul, transpose
 from torquer.maths.geometry.quaternion import (
     conjugate,
     from_rotation_vector,
     multiply,
     normalise,
+    put_quaternion,
+    read_quaternion,
     to_dcm,
 )
 from torquer.maths.geometry.vec3 import (

@@ -21,7 +21,7 @@ from torquer.computer.estimation.filter import filter_memory
 from torquer.computer.estimation.measurements.star_tracker import PAST
 from torquer.computer.estimation.measurements.table import WATCHERS
 from torquer.computer.estimation.starts import UNINFORMED
-from torquer.computer.estimation.triad import put_quaternion, rate_between, read_quaternion
+from torquer.computer.estimation.triad import rate_between
 from torquer.computer.estimation.watch import WATCHED
 from torquer.computer.inputs import read_estimate
 from torquer.computer.interface import UNKNOWN_ESTIMATE, put_estimate
@@ -30,6 +30,8 @@ from torquer.maths.geometry.quaternion import (
     from_rotation_vector,
     multiply,
     normalise,
+    put_quaternion,
+    read_quaternion,
 )
 from torquer.maths.geometry.vec3 import put_matrix, put_row
 

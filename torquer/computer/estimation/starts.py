@@ -32,12 +32,16 @@ from torquer.computer.estimation.triad import (
     LEAST_SINE,
     by_two,
     contradict,
-    put_quaternion,
-    read_quaternion,
     sine_between,
 )
 from torquer.computer.informed import is_known
-from torquer.maths.geometry.quaternion import multiply, normalise, rotate
+from torquer.maths.geometry.quaternion import (
+    multiply,
+    normalise,
+    put_quaternion,
+    read_quaternion,
+    rotate,
+)
 from torquer.maths.geometry.vec3 import cross, dot, norm, scale, unit
 
 #: Variance [rad^2] of an attitude of which nothing is known, in a linear filter.

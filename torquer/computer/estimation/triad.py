@@ -17,7 +17,13 @@ from torquer.computer.estimation.estimator import Estimator
 from torquer.computer.informed import known_vector
 from torquer.computer.interface import UNKNOWN_ESTIMATE, Estimate
 from torquer.maths.geometry.frames import mat_mul, transpose
-from torquer.maths.geometry.quaternion import conjugate, from_dcm, multiply
+from torquer.maths.geometry.quaternion import (
+    conjugate,
+    from_dcm,
+    multiply,
+    put_quaternion,
+    read_quaternion,
+)
 from torquer.maths.geometry.vec3 import (
     add_scaled,
     cross,
@@ -93,18 +99,6 @@ def rate_between(before, now, interval):
     angle = 2.0 * math.atan2(sine, abs(w))
     factor = angle / (sine * interval) if sine > 0.0 else 2.0 / interval
     return scale(math.copysign(factor, w), (x, y, z))
-
-
-@inlined
-def put_quaternion(cells, q):
-    """Write a quaternion into four cells."""
-    cells[0], cells[1], cells[2], cells[3] = q
-
-
-@inlined
-def read_quaternion(cells):
-    """The quaternion in four cells."""
-    return (cells[0], cells[1], cells[2], cells[3])
 
 
 @inlined

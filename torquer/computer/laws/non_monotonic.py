@@ -131,13 +131,12 @@ class _NonMonotonic(LawSpec):
     inertia_kg_m2: Inertia
     """Inertia tensor of the body that the computer assumes, in the frame of its axes."""
 
-    def parameters(self) -> NonMonotonicParameters:
-        """Gain, weight, times, inertia."""
+    def _with_filter(self, filter_s: float) -> NonMonotonicParameters:
         return NonMonotonicParameters(
             self.gain_a_m2_per_n_m_s,
             self.ahead,
             self.look_ahead_s,
-            getattr(self, "filter_s", 0.0),
+            filter_s,
             as_symmetric(self.inertia_kg_m2),
         )
 
@@ -154,6 +153,10 @@ class NonMonotonic(_NonMonotonic):
     along the orbit, long against the step of control.
     """
 
+    def parameters(self) -> NonMonotonicParameters:
+        """Gain, weight, times, inertia."""
+        return self._with_filter(self.filter_s)
+
 
 class NonMonotonicDerivative(_NonMonotonic):
     """Non-monotonic detumbling with the field's rate in the body read directly (search coil)."""
@@ -161,3 +164,7 @@ class NonMonotonicDerivative(_NonMonotonic):
     kind: Literal["non_monotonic_derivative"] = "non_monotonic_derivative"
     kernel: ClassVar = non_monotonic_derivative
     needs: ClassVar = frozenset({"magnetometer", "search_coil", "rate"})
+
+    def parameters(self) -> NonMonotonicParameters:
+        """Gain, weight, times, inertia; the rate is read, so nothing is filtered."""
+        return self._with_filter(0.0)

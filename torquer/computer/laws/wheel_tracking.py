@@ -25,7 +25,6 @@ from torquer.computer.blocks.parameters import (
     Share,
     UnitNumbers,
 )
-from torquer.computer.estimation.triad import put_quaternion, read_quaternion
 from torquer.computer.informed import MODEL_SUN, PLACE
 from torquer.computer.laws.bdot import GAP, shortest_with
 from torquer.computer.laws.guidance import (
@@ -47,6 +46,8 @@ from torquer.maths.geometry.quaternion import (
     conjugate,
     from_dcm,
     multiply,
+    put_quaternion,
+    read_quaternion,
     rotate,
     rotate_inverse,
     to_rotation_vector,

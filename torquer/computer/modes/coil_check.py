@@ -18,8 +18,12 @@ import numpy as np
 
 from torquer.compile.engine import inlined
 from torquer.computer.estimation.measurements.measurement import turn_to_now
-from torquer.computer.estimation.triad import read_quaternion
-from torquer.maths.geometry.quaternion import from_rotation_vector, multiply, rotate
+from torquer.maths.geometry.quaternion import (
+    from_rotation_vector,
+    multiply,
+    read_quaternion,
+    rotate,
+)
 from torquer.maths.geometry.vec3 import (
     add,
     cross,

@@ -23,8 +23,6 @@ from torquer.computer.estimation.triad import (
     both_read_s,
     contradict,
     field_at,
-    put_quaternion,
-    read_quaternion,
 )
 from torquer.computer.estimation.watch import WATCHED, watch
 from torquer.computer.informed import is_known
@@ -33,7 +31,13 @@ from torquer.computer.interface import GYRO, MAGNETOMETER, SUN_SENSORS
 from torquer.computer.modes.coil_check import follow_coils, forget_coils, has_field_reversed
 from torquer.computer.modes.sensor_alone import fails_by_itself
 from torquer.computer.modes.turning import follow_turning
-from torquer.maths.geometry.quaternion import from_rotation_vector, multiply, normalise
+from torquer.maths.geometry.quaternion import (
+    from_rotation_vector,
+    multiply,
+    normalise,
+    put_quaternion,
+    read_quaternion,
+)
 from torquer.maths.geometry.vec3 import add, dot, norm, put_vector, read_vector, scale, unit
 
 #: A suspicion lasts for this time [s] after the last sign of the failure.

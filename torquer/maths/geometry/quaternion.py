@@ -12,6 +12,18 @@ from torquer.maths.geometry.vec3 import add, add_scaled, cross, norm, scale, sub
 
 
 @inlined
+def put_quaternion(cells, q):
+    """Write a quaternion into four cells."""
+    cells[0], cells[1], cells[2], cells[3] = q
+
+
+@inlined
+def read_quaternion(cells):
+    """The quaternion in four cells."""
+    return (cells[0], cells[1], cells[2], cells[3])
+
+
+@inlined
 def multiply(p, q):
     """Product p q: first the rotation q, then p."""
     return (

@@ -23,9 +23,8 @@ from torquer.computer.estimation.measurements.measurement import (
     turn_to_now,
 )
 from torquer.computer.estimation.measurements.sun_sensors import odd
-from torquer.computer.estimation.triad import read_quaternion
 from torquer.maths.geometry.attitudes import to_body
-from torquer.maths.geometry.quaternion import rotate_inverse
+from torquer.maths.geometry.quaternion import read_quaternion, rotate_inverse
 from torquer.maths.geometry.vec3 import (
     add_scaled,
     cross,

@@ -17,8 +17,7 @@ from torquer.computer.estimation.measurements.measurement import (
     is_usable,
     turn_to_now,
 )
-from torquer.computer.estimation.triad import read_quaternion
-from torquer.maths.geometry.quaternion import rotate_inverse
+from torquer.maths.geometry.quaternion import read_quaternion, rotate_inverse
 from torquer.maths.geometry.vec3 import add_scaled, read_vector, scale, unit
 from torquer.spacecraft.sensors.horizon_sensor import HorizonSensor, disc_centre, sees_horizon
 

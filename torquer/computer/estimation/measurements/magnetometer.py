@@ -20,8 +20,8 @@ from torquer.computer.estimation.measurements.measurement import (
     vector_measurement,
 )
 from torquer.computer.estimation.mounting import without_mounting
-from torquer.computer.estimation.triad import field_at, read_quaternion
-from torquer.maths.geometry.quaternion import rotate_inverse
+from torquer.computer.estimation.triad import field_at
+from torquer.maths.geometry.quaternion import read_quaternion, rotate_inverse
 from torquer.maths.geometry.vec3 import dot, norm, read_vector, sub
 
 #: Square [T^2] below which a reading is no field.

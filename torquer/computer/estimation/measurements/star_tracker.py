@@ -15,11 +15,12 @@ from torquer.computer.estimation.measurements.measurement import (
     Measurement,
     frame_across,
 )
-from torquer.computer.estimation.triad import rate_between, read_quaternion
+from torquer.computer.estimation.triad import rate_between
 from torquer.maths.geometry.quaternion import (
     from_rotation_vector,
     multiply,
     normalise,
+    read_quaternion,
     rotate_inverse,
 )
 from torquer.maths.geometry.vec3 import dot, norm, read_vector, scale, unit

@@ -18,10 +18,9 @@ from torquer.computer.estimation.measurements.measurement import (
     is_usable,
     turn_to_now,
 )
-from torquer.computer.estimation.triad import read_quaternion
 from torquer.environment.albedo import earthlight
 from torquer.maths.geometry.frames import transpose
-from torquer.maths.geometry.quaternion import rotate_inverse
+from torquer.maths.geometry.quaternion import read_quaternion, rotate_inverse
 from torquer.maths.geometry.vec3 import add, cross, dot, put_vector, read_vector, scale
 from torquer.spacecraft.sensors.sun_cells import CELLS, Normals
 

@@ -17,9 +17,8 @@ from torquer.computer.estimation.measurements.measurement import (
     is_usable,
     turn_to_now,
 )
-from torquer.computer.estimation.triad import read_quaternion
 from torquer.maths.geometry.attitudes import to_body
-from torquer.maths.geometry.quaternion import rotate_inverse
+from torquer.maths.geometry.quaternion import read_quaternion, rotate_inverse
 from torquer.maths.geometry.vec3 import read_vector
 from torquer.spacecraft.sensors.sun_sensor import sensor_that_sees
 
