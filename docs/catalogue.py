@@ -14,10 +14,17 @@ import struct
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+import texts_in_code
+
 from torquer.base.language import TRANSLATED
 from torquer.cli import translated_help
 from torquer.cli.app import app
 from torquer.cli.translated_help import paragraphs
+from torquer.pages.board import words
+from torquer.pages.board.form import make_form
+from torquer.pages.board.text import data_from_toml
+from torquer.scenario.keys import key_words, spec_tables
+from torquer.scenario.spec import Scenario
 
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "torquer/base/messages"
@@ -28,6 +35,28 @@ TABLES: dict[str, int | None] = {
     "torquer.report.flight.setting:LABELS": None,
     "torquer.analysis.summary:_ROWS": 0,
 }
+#: Where texts for people are f-strings and constants: every text of these rooms and files.
+ROOMS = (
+    "analysis/budget.py", "analysis/causes.py", "analysis/conserved.py", "analysis/field",
+    "analysis/filters", "analysis/mode_use.py", "analysis/notes", "analysis/pointing",
+    "analysis/spin_up.py", "campaign", "cli/commands", "cli/compiling.py", "computer/modes",
+    "design", "environment/orbit", "pages/board", "report/campaign",
+    "report/common/side_by_side.py", "report/field", "report/filter",
+    "report/flight/torque_budget.py", "report/mission.py",
+    "report/theory", "report/wheels", "scenario/ending.py", "scenario/spec.py",
+    "theory/averaged/answer.py", "theory/averaged/case.py", "theory/averaged/flights.py",
+    "theory/averaged/motion.py", "theory/slow/equilibria.py", "theory/slow/gain_and_time.py",
+    "theory/slow/gains.py", "theory/slow/slow_result.py", "theory/three_axis/gain_search.py",
+    "theory/three_axis/periodic_lqr.py",
+)  # fmt: skip
+#: Files in these rooms whose texts are for programs, or for operators of flight and ground.
+_NOT_READ = re.compile(
+    r"cli/commands/(ground|packets|kernels|about|fly|telemetry|export)"
+    r"|orbit/(files|sgp4|user|point_mass)"
+    r"|computer/modes/(table|signals|layout|diagram)|field/(requests|orbit)|filters/smoothing"
+    r"|campaign/(store|executors|chunk_files|provenance|fleet|outcomes|joining|unit_numbers"
+    r"|variation|load|momenta|sampling)|design/(file_keys|stored_keys|requests)"
+)
 #: Units of quantities in texts and on axes.
 UNITS = (
     *("s", "min", "h", "d", "deg", "deg/s", "rpm", "J", "A m²", "coil-seconds"),
@@ -38,6 +67,8 @@ FRAMES = ("orbital", "inertial", "orbital or inertial")
 #: How a run ended, and how its laws were executed.
 ENDS = ("complete", "stopped", "interrupted", "failed", "compiled")
 ENDS += ("plain Python (slow: not decorated)",)
+#: Words that stand alone: in heads of tables, in names of what failed, in values of keys.
+WORDS = Path(__file__).with_name("catalogue_words.txt").read_text(encoding="utf-8").splitlines()
 _MAKERS = ("message", "translated")
 _IN_TEMPLATES = re.compile(r'\btold\("([^"]+)"\)')
 #: Head of a catalogue, by the code of its language.
@@ -50,8 +81,16 @@ _HEAD = {
 def messages() -> dict[str, str]:
     """Every text that is translated, with the place that it first stands at."""
     found: dict[str, str] = {}
-    words = (("words", each) for each in (*UNITS, *FRAMES, *ENDS))
-    for place, text in (*_of_help(()), *_of_cyclopts(), *_of_tables(), *_of_code(), *words):
+    known = (("words", each) for each in (*UNITS, *FRAMES, *ENDS, *WORDS))
+    for place, text in (
+        *_of_help(()),
+        *_of_cyclopts(),
+        *_of_tables(),
+        *_of_code(),
+        *_of_rooms(),
+        *_of_form(),
+        *known,
+    ):
         found.setdefault(text, place)
     return found
 
@@ -84,6 +123,18 @@ def _of_tables() -> Iterator[tuple[str, str]]:
             yield from ((module, each) for each in (row if column is None else (row[column],)))
 
 
+def _of_form() -> Iterator[tuple[str, str]]:
+    """Labels of all keys, and what the form of a new scenario says of its own."""
+    start = (ROOT / "torquer/scenario/start.toml").read_text(encoding="utf-8")
+    for table in make_form(data_from_toml(start)):
+        fields = (each["about"] for each in table["fields"])
+        yield from (("a new scenario", text) for text in (table["title"], table["about"], *fields))
+    names = dict.fromkeys(
+        key_words(key.name) for table in spec_tables(Scenario) for key in table.keys
+    )
+    yield from (("labels of keys", name) for name in names)
+
+
 def _of_code() -> Iterator[tuple[str, str]]:
     """Templates of messages: literal first arguments of the functions that make them."""
     for path in sorted((ROOT / "torquer").rglob("*.py")):
@@ -96,6 +147,18 @@ def _of_code() -> Iterator[tuple[str, str]]:
     for path in sorted((ROOT / "torquer").rglob("*.html")):
         for text in _IN_TEMPLATES.findall(path.read_text(encoding="utf-8")):
             yield path.relative_to(ROOT).as_posix(), text
+
+
+def _of_rooms() -> Iterator[tuple[str, str]]:
+    """Texts of the rooms whose texts are read, and of the board's page."""
+    for room in ROOMS:
+        path = ROOT / "torquer" / room
+        for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
+            place = file.relative_to(ROOT).as_posix()
+            if not _NOT_READ.search(place):
+                tree = ast.parse(file.read_text(encoding="utf-8"))
+                yield from ((place, text) for text in texts_in_code.texts(tree))
+    yield from (("torquer/pages/board/web", text) for text in words.texts())
 
 
 def _place(node: ast.Call) -> tuple[int, int]:

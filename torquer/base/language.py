@@ -1,17 +1,20 @@
 """The language of what people read: English, the source, or one that a catalogue translates to.
 
-Only texts for people are translated, where they are shown (`told`); until then a text is English
-(`message`). What programs read is English in any language: JSON, result files, CSV, keys, logs,
-errors. Catalogues are `messages/*.po`; `docs/catalogue.py`
-finds what is to be translated and compiles them.
+Only texts for people are translated, where they are shown (`told`); until then a text is English.
+One that was made by `message` remembers how; any other, such as an f-string or a text read from a
+file, is recognised by the templates of the catalogue. What programs read is English in any
+language: JSON, result files, CSV, keys, logs, errors. Catalogues are `messages/*.po`;
+`docs/catalogue.py` finds what is to be translated and compiles them.
 """
 
 import os
 import re
 from collections.abc import Iterable, Mapping
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from torquer.base.recognised import Template, recognise, templates
 
 if TYPE_CHECKING:
     from gettext import GNUTranslations
@@ -47,6 +50,10 @@ class Message(str):
     values: Mapping[str, object]
 
 
+class Verbatim(str):
+    """A text of others, such as a citation or a description: it stays as it is."""
+
+
 def message(template: str, **values: object) -> Message:
     """A text for people, in English, with `values` put in for the `{names}` of its template."""
     made = Message(template.format_map(values) if values else template)
@@ -66,8 +73,12 @@ def told(text: str) -> str:
     code = language()
     if code == ENGLISH or not text:
         return text
-    words = catalogue(code).gettext(getattr(text, "template", text))
-    given = getattr(text, "values", {})
+    if isinstance(text, Verbatim):
+        return text
+    if not isinstance(text, Message):
+        return _known(code, str(text))
+    words = catalogue(code).gettext(text.template)
+    given = text.values
     inner = {name: told(each) if isinstance(each, str) else each for name, each in given.items()}
     return words.format_map(inner) if inner else words
 
@@ -75,6 +86,24 @@ def told(text: str) -> str:
 def translated(template: str, **values: object) -> str:
     """A message, told at once."""
     return told(message(template, **values))
+
+
+@lru_cache(4096)
+def _known(code: str, text: str) -> str:
+    """A text that was not made by `message`: told as it is, or as what its templates say."""
+    bare = text.strip()
+    if not re.search("[A-Za-z]{2}", bare):
+        return text
+    words = catalogue(code).gettext(bare)
+    if words == bare:
+        words = recognise(bare, _templates(code), lambda part: _known(code, part))
+    start = len(text) - len(text.lstrip())
+    return text[:start] + words + text[start + len(bare) :]
+
+
+@cache
+def _templates(code: str) -> list[Template]:
+    return templates(catalogue(code)._catalog)  # type: ignore[attr-defined]
 
 
 @cache

@@ -16,6 +16,7 @@ from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 
+from torquer.base.language import Verbatim, told
 from torquer.base.strict_json import json_text
 
 #: ASCII transliterations of the characters that the package itself prints.
@@ -42,7 +43,7 @@ def _show_warning(message, category, filename, lineno, file=None, line=None) -> 
     """
     text, place = harmless(str(message)), Path(filename)
     if category.__module__.partition(".")[0] == _PACKAGE.name:
-        shown = f"note: {text}"
+        shown = told(f"note: {text}")
     elif place.suffix == ".py" and not any(map(place.is_relative_to, _installed())):
         shown = f"warning: {harmless(place.name)}:{lineno}: {text}"
     else:
@@ -166,7 +167,7 @@ def show_summary(title: str, rows: Iterable, out: Path, *files: str) -> None:
     """Print labels and values as a table, and the names of the files written into a folder."""
     from rich.table import Table
 
-    shown = Table(title=title, show_header=False, title_justify="left")
+    shown = Table(title=Verbatim(title), show_header=False, title_justify="left")
     for row in rows:
         shown.add_row(*row)
     console().print(shown)
@@ -189,18 +190,24 @@ def table(head: Sequence[str], rows: Iterable, title: str = "", left: Container[
     return made
 
 
+def say(*lines: object) -> None:
+    """Print lines in the language of the reader."""
+    for line in lines:
+        print(harmless(told(line if isinstance(line, str) else str(line))))
+
+
 def print_note(text: str) -> None:
     """Print a note to standard error."""
     console(stderr=True).print(f"note: {text}", style="yellow", soft_wrap=True)
 
 
 def console(stderr: bool = False, **keys):
-    """A console that prints text verbatim: square brackets and colons are no markup."""
+    """A console for the language of the reader; square brackets and colons are no markup."""
     from rich.console import Console
 
     class Plain(Console):
         def render_str(self, text: str, **given):
-            return super().render_str(harmless(text), **given)
+            return super().render_str(harmless(told(text)), **given)
 
         def on_broken_pipe(self) -> None:
             raise  # the command ends as it does without a console
@@ -246,7 +253,7 @@ def print_answer(
         written = {} if files is None else {"files": [str(file) for file in files]}
         print(json_text(answer.data() | written))
         return 0
-    print(*answer.lines(), sep="\n")
+    say(*answer.lines())
     if files:
         print(f"{out}: {', '.join(file.name for file in files)}")
     return 0

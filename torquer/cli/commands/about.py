@@ -9,6 +9,7 @@ from cyclopts import Parameter
 import torquer
 from torquer.base.strict_json import json_text
 from torquer.cli.options import Json
+from torquer.cli.output import say
 
 
 def version(*, json: Json = False) -> int:
@@ -33,7 +34,7 @@ def completion(
     from torquer.cli.app import app
 
     if install:
-        print(f"{app.install_completion(shell=shell)}: start a new shell to use it")
+        say(f"{app.install_completion(shell=shell)}: start a new shell to use it")
     else:
         print(app.generate_completion(shell=shell))
     return 0

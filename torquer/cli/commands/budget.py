@@ -13,6 +13,7 @@ from torquer.cli.output import (
     moving_bar,
     print_answer,
     print_error,
+    say,
     table,
     table_console,
     writing_to,
@@ -80,7 +81,7 @@ def budget(
     for line in filter(None, (report.reach_in_words(found), report.models_in_words(found.models))):
         screen.print(line, soft_wrap=True)
     if picture:
-        print(picture)
+        say(picture)
     return 0
 
 

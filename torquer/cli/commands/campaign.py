@@ -21,6 +21,7 @@ from torquer.cli.output import (
     make_writable,
     print_error,
     progress_bar,
+    say,
     show_summary,
     table,
     table_console,
@@ -152,7 +153,7 @@ def _say_part(result, how: CampaignOptions, out: Path) -> int:
     if how.json:
         print(json_text(told))
     else:
-        print(
+        say(
             f"{out}: campaign.nc, part {how.part}: members {in_words(members)}, "
             f"{failed} failed; `torquer campaign join` makes one campaign of all parts"
         )
@@ -317,7 +318,7 @@ def compare(
     screen.print(table(*grid))
     screen.print(about)
     if out is not None:
-        print(f"{out}: report.html, plots/")
+        say(f"{out}: report.html, plots/")
     return 0
 
 

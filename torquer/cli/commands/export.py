@@ -9,7 +9,7 @@ from cyclopts import Parameter
 from torquer.base.strict_json import json_text
 from torquer.cli.loading import load_usable
 from torquer.cli.options import CodeOptions, Json, options
-from torquer.cli.output import harmless, make_writable, writing_to
+from torquer.cli.output import make_writable, say, writing_to
 
 _Framework = Literal["fprime", "cfs", "freertos"]
 
@@ -50,9 +50,9 @@ def c(scenario: Path, *, how: ExportOptions, code: CodeOptions = CodeOptions()) 
         return 0
     names = ", ".join(str(file.relative_to(how.out)) for file in files)
     for note in export_notes(satellite):
-        print(harmless(f"note: {note}"))
-    print(harmless(f"{satellite.name}: written to {how.out}: {names}"))
-    print(harmless(_how_to_build(how.out)))
+        say(f"note: {note}")
+    say(f"{satellite.name}: written to {how.out}: {names}")
+    say(_how_to_build(how.out))
     return 0
 
 

@@ -9,7 +9,7 @@ from torquer.base.strict_json import json_text
 from torquer.cli.compiling import show_progress
 from torquer.cli.loading import find_code, load_usable
 from torquer.cli.options import CodeOptions, Json, as_options, options
-from torquer.cli.output import make_writable, table, table_console, writing_to
+from torquer.cli.output import make_writable, say, table, table_console, writing_to
 from torquer.simulation.results.file import put, save
 
 _WIDTH = 150
@@ -149,12 +149,12 @@ def _show_pairs(found, out: Path, files: list[str]) -> None:
         words = [k for k, name in enumerate(head) if name in WORDS]
         table_console(_WIDTH).print(table(head, rows, title, left=words))
     for line in pair_counts_in_words(found):
-        print(line)
-    print(
+        say(line)
+    say(
         f"fly the worst again: torquer run {out / 'worst.toml'}, or "
         f"torquer fly SCENARIO --faults {out / 'worst-faults.toml'}"
     )
-    print(f"{out}: {', '.join(files)}")
+    say(f"{out}: {', '.join(files)}")
 
 
 def _show(found, out: Path, files: list[str], user_code: bool) -> None:
@@ -165,12 +165,12 @@ def _show(found, out: Path, files: list[str], user_code: bool) -> None:
     title = f"{found.scenario.name}: single faults; without a fault {found.verdict[0]}"
     table_console(_WIDTH).print(table(head, rows, title, left=words))
     for line in counts_in_words(found):
-        print(line)
+        say(line)
     worst, anywhere = found.worst(), " --code-from-anywhere" if user_code else ""
     outcome, at_h = worst.outcome, worst.strike.at_s / 3600.0
-    print(
+    say(
         f"worst: {worst.fault.name} at {at_h:.2f} h, {outcome.verdict}"
         f"{': ' + outcome.why if outcome.why else ''}; "
         f"fly it again: torquer run {out / 'worst.toml'}{anywhere}"
     )
-    print(f"{out}: {', '.join(files)}")
+    say(f"{out}: {', '.join(files)}")

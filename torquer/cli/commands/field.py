@@ -12,7 +12,7 @@ from torquer.analysis.field.requests import (
 from torquer.base.strict_json import json_text
 from torquer.cli.loading import load_given
 from torquer.cli.options import FLAT, Json, options
-from torquer.cli.output import make_writable, print_answer, writing_to
+from torquer.cli.output import make_writable, print_answer, say, writing_to
 
 
 @options
@@ -77,7 +77,7 @@ def map_(
     if to.json:
         print(json_text({**map_data(grid), "picture": str(path)}))
     else:
-        print(*map_lines(grid), path, sep="\n")
+        say(*map_lines(grid), path)
     return 0
 
 
@@ -101,9 +101,9 @@ def orbit(
         written = {} if to.out is None else {"files": [str(file) for file in files.values()]}
         print(json_text(orbit_data(along) | written, None))
         return 0
-    print(*orbit_lines(along), sep="\n")
+    say(*orbit_lines(along))
     if to.out is not None:
-        print(f"\n{to.out}: inertial.png, orbital.png")
+        say(f"\n{to.out}: inertial.png, orbital.png")
     return 0
 
 
@@ -122,5 +122,5 @@ def cone(*, how: Annotated[FieldConeRequest, FLAT], to: ConeOptions = ConeOption
     if to.json:
         print(json_text(cone_data(paths) | {"files": [str(file) for file in files]}))
     else:
-        print(*cone_lines(paths), f"{to.out}: cone.png, cone.html", sep="\n")
+        say(*cone_lines(paths), f"{to.out}: cone.png, cone.html")
     return 0

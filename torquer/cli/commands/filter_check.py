@@ -9,7 +9,7 @@ from torquer.base.strict_json import json_text
 from torquer.cli.compiling import show_progress
 from torquer.cli.loading import check_computer, load_usable
 from torquer.cli.options import CodeOptions, Json, option, options
-from torquer.cli.output import table, table_console, writing_to
+from torquer.cli.output import say, table, table_console, writing_to
 
 _RUNS = 200
 _WIDTH = 120
@@ -65,9 +65,12 @@ def filter_check(
 
         with writing_to(how.out):
             write_filter_report(found, how.out)
-    print(json_text(as_plain(found), None) if how.json else "\n".join(in_words(found)))
+    if how.json:
+        print(json_text(as_plain(found), None))
+    else:
+        say(*in_words(found))
     if how.out is not None and not how.json:
-        print(how.out / "report.html")
+        say(how.out / "report.html")
     return 0 if found.consistent else 1
 
 
@@ -95,7 +98,7 @@ def _expect(path: Path, how: FilterOptions, code: CodeOptions) -> int:
         return 0
     _show(scenario, sets)
     if how.out is not None:
-        print(how.out / "expected.png")
+        say(how.out / "expected.png")
     return 0
 
 
@@ -154,16 +157,16 @@ def _show(scenario, sets: list) -> None:
         ]
     table_console(_WIDTH).print(table(head, rows, title, left=(0, len(head) - 1)))
     if any(each.reached_s is None for each in sets):
-        print("-: a start from a single direction is not linear; flights show how long it takes")
+        say("-: a start from a single direction is not linear; flights show how long it takes")
     seen = sets[0].observability
     window_min = (seen.to_s[0] - seen.from_s[0]) / 60.0
-    print(
+    say(
         f"gaps: share of windows of {window_min:.1f} min whose readings leave some combination of "
         "states as unknown as it was at the start; of: the states that dominate it"
     )
     if models is not None:
-        print("of models: the greatest part that their errors cause, which filters do not state")
-        print(models_in_words(models))
+        say("of models: the greatest part that their errors cause, which filters do not state")
+        say(models_in_words(models))
 
 
 def _time_reached(each) -> str:

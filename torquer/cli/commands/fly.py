@@ -21,7 +21,13 @@ from torquer.cli.loading import (
     load_checked,
 )
 from torquer.cli.options import CodeOptions, Json, as_options, options
-from torquer.cli.output import harmless, make_writable, print_error, print_note, writing_to
+from torquer.cli.output import (
+    make_writable,
+    print_error,
+    print_note,
+    say,
+    writing_to,
+)
 from torquer.cli.process import FAILED_CODE, SIGNAL_CODE, leave_or_raise
 from torquer.flight.link import Link, open_link, screens_of
 from torquer.flight.packets.bits import values_in_words
@@ -317,18 +323,18 @@ def _show(
     if how.json:
         print(json_text(data))
         return
-    print(f"{recorder.ticks} control steps, {core.services.t_s:g} s of flight")
-    print("modes: " + ", ".join(f"{region} {state}" for region, state in data["modes"].items()))
-    print("packets: " + ", ".join(f"{name} {n}" for name, n in count.most_common()))
+    say(f"{recorder.ticks} control steps, {core.services.t_s:g} s of flight")
+    say("modes: " + ", ".join(f"{region} {state}" for region, state in data["modes"].items()))
+    say("packets: " + ", ".join(f"{name} {n}" for name, n in count.most_common()))
     for event, number in Counter(each["event"] for each in data["events"]).most_common(_SHOWN):
-        print(f"event: {event}" + (f" ({number} times)" if number > 1 else ""))
-    print(f"reboots: {data['reboots']}; {recorder.downlink_bytes} bytes came down")
+        say(f"event: {event}" + (f" ({number} times)" if number > 1 else ""))
+    say(f"reboots: {data['reboots']}; {recorder.downlink_bytes} bytes came down")
     if "late_ms" in data:
         late = ", ".join(f"{name} {value:g} ms" for name, value in data["late_ms"].items())
-        print(f"lateness of control steps: {late}")
+        say(f"lateness of control steps: {late}")
     if flight.link:
-        print("link: " + ", ".join(f"{name} {n}" for name, n in data["link"].items()))
-    print(f"written to {out}: {files}")
+        say("link: " + ", ".join(f"{name} {n}" for name, n in data["link"].items()))
+    say(f"written to {out}: {files}")
 
 
 def _events(dictionary: Dictionary, table) -> list[dict]:
@@ -373,7 +379,7 @@ def replay(session: Path, *, code: CodeOptions = CodeOptions(), json: Json = Fal
     if json:
         print(json_text({"same": same, "ticks": recorder.ticks, "digest": recorder.digest()}))
     elif same:
-        print(f"the same bytes: {recorder.downlink_bytes} in {recorder.ticks} control steps")
+        say(f"the same bytes: {recorder.downlink_bytes} in {recorder.ticks} control steps")
     else:
         print_error(f"other bytes than recorded, from control step {recorder.parted(recorded)} on")
     return 0 if same else FAILED_CODE
@@ -389,16 +395,19 @@ def bisect(
     a, b = (_load_session(each, code) for each in (first, second))
     found = first_difference(a, b)
     if found is None:
-        print(json_text({"same": True}) if json else "the same bytes came down")
+        if json:
+            print(json_text({"same": True}))
+        else:
+            say("the same bytes came down")
         return 0
     tick = next(each for each in found if each is not None)
     sides = {str(first): _packets(found.first, a), str(second): _packets(found.second, b)}
     if json:
         print(json_text({"same": False, "tick": tick.number, "t_s": tick.t_s, "packets": sides}))
         return FAILED_CODE
-    print(f"the first difference is at control step {tick.number}, t = {tick.t_s:g} s")
+    say(f"the first difference is at control step {tick.number}, t = {tick.t_s:g} s")
     for name, packets in sides.items():
-        print(harmless(f"  {name}: " + ("; ".join(packets) or "nothing")))
+        say(f"  {name}: " + ("; ".join(packets) or "nothing"))
     return FAILED_CODE
 
 

@@ -13,7 +13,7 @@ from cyclopts import Parameter
 
 from torquer.base.strict_json import json_text
 from torquer.cli.options import Json
-from torquer.cli.output import make_writable, moving_bar, print_error, writing_to
+from torquer.cli.output import make_writable, moving_bar, print_error, say, writing_to
 from torquer.cli.process import FAILED_CODE
 
 Out = Annotated[Path, Parameter(help="Folder for the pictures.")]
@@ -36,10 +36,10 @@ def list_(*, json: Json = False) -> int:
         print(json_text([_listed(id_, row, done.get(id_)) for id_, row in ROW_OF.items()]))
         return 0
     for id_, row in ROW_OF.items():
-        print(f"{id_:<15} {_state(done.get(id_)):<20} {row.content}")
+        say(f"{id_:<15} {_state(done.get(id_)):<20} {row.content}")
     for one in LEFT_OUT:
-        print(f"{one.source:<15} {'left out':<20} {one.content}: {one.reason}")
-    print(f"{len(done)} of {len(ROW_OF)} done, {len(LEFT_OUT)} left out")
+        say(f"{one.source:<15} {'left out':<20} {one.content}: {one.reason}")
+    say(f"{len(done)} of {len(ROW_OF)} done, {len(LEFT_OUT)} left out")
     return 0
 
 
@@ -138,7 +138,7 @@ def _print_all(outcomes: list, as_json: bool, out: Path) -> int:
     else:
         for outcome in outcomes:
             _print(outcome.as_data())
-        print(f"{out}: results.json, {sum(len(o.pictures) for o in outcomes)} pictures")
+        say(f"{out}: results.json, {sum(len(o.pictures) for o in outcomes)} pictures")
     wrong = [outcome for outcome in outcomes if not outcome.as_declared]
     for outcome in wrong:
         print_error(
@@ -154,7 +154,7 @@ def _print(data: dict) -> None:
     from gallery.entry import Verdict, in_words
     from gallery.pages import shown_limits, shown_number
 
-    print(f"{', '.join(data['ids'])}: {data['title']}: {in_words(data['verdict'], data['grade'])}")
+    say(f"{', '.join(data['ids'])}: {data['title']}: {in_words(data['verdict'], data['grade'])}")
     for check in data["checks"]:
         limits = shown_limits(check)
         number = shown_number(check | {"fleeting": False})
@@ -162,6 +162,6 @@ def _print(data: dict) -> None:
         printed = f"printed: {check['expected'] or 'lost'}"
         if limits:
             printed += f" (agrees if {limits})"
-        print(f"  {check['name']}: {number}; {printed}: {mark}")
+        say(f"  {check['name']}: {number}; {printed}: {mark}")
     if data["reason"]:
-        print(f"  why: {data['reason']}")
+        say(f"  why: {data['reason']}")

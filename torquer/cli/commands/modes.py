@@ -6,6 +6,7 @@ from pathlib import Path
 from torquer.base.strict_json import json_text
 from torquer.cli.loading import load_checked
 from torquer.cli.options import CodeOptions, Json, options
+from torquer.cli.output import say
 
 
 @options
@@ -37,14 +38,17 @@ def modes(
         data = {"mermaid": mermaid(table), "findings": [each._asdict() for each in found]}
         print(json_text(data, None))
         return 0
-    print(mermaid(table).rstrip("\n") if how.mermaid else "\n".join(in_words(table)))
+    if how.mermaid:
+        print(mermaid(table).rstrip("\n"))
+    else:
+        say(*in_words(table))
     for each in found:
         mark = "%% " if how.mermaid else ""
-        print(f"{mark}{'note' if each.is_fault else 'modes'}: {each.message}")
+        say(f"{mark}{'note' if each.is_fault else 'modes'}: {each.message}")
         for line in each.strip:
-            print(f"{mark}    {line}")
+            say(f"{mark}    {line}")
     if how.svg is not None and not how.mermaid:
-        print(os.fspath(how.svg))
+        say(os.fspath(how.svg))
     return 0
 
 

@@ -10,7 +10,7 @@ from torquer.base.strict_json import json_text
 from torquer.cli.examples import show_examples
 from torquer.cli.loading import check_software, load_checked
 from torquer.cli.options import CodeOptions, Json
-from torquer.cli.output import make_writable, print_note, writing_to
+from torquer.cli.output import make_writable, print_note, say, writing_to
 from torquer.simulation.results.file import put
 
 app = App(name="packets", help_epilogue=show_examples("packets"), version_flags=[])
@@ -51,9 +51,9 @@ def packets(
         return 0
     for way, name, number, module, size in rows:
         to = f" to {module}" if module else ""
-        print(f"{way:4} {number:3}  {name:20} {size:3} bytes{to}")
+        say(f"{way:4} {number:3}  {name:20} {size:3} bytes{to}")
     if out is not None:
-        print(f"written to {out}: {', '.join(written)}")
+        say(f"written to {out}: {', '.join(written)}")
     return 0
 
 
@@ -127,6 +127,6 @@ def import_(
         print(json_text({"file": str(out), "link": found.link, "packets": named}))
         return 0
     for name, number, size in rows:
-        print(f"down {number:3}  {name:20} {size:3} bytes")
-    print(f'written to {out}; in the software file: link = "{found.link}"')
+        say(f"down {number:3}  {name:20} {size:3} bytes")
+    say(f'written to {out}; in the software file: link = "{found.link}"')
     return 0

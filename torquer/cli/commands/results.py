@@ -9,7 +9,7 @@ from cyclopts import Parameter
 from torquer.base.strict_json import json_text
 from torquer.cli.loading import load_result, open_result
 from torquer.cli.options import Json, as_options, options
-from torquer.cli.output import make_writable, table, table_console, writing_to
+from torquer.cli.output import make_writable, say, table, table_console, writing_to
 from torquer.simulation.results.file import explain_errors, save
 
 _WIDTH, _SMOOTHED_WIDTH = 160, 100
@@ -43,7 +43,7 @@ def compare(
         screen.print(table(head, _change(compared.changed), "Keys that differ"))
     screen.print(table(head, compared.rows(), "Key numbers"))
     if out is not None:
-        print(picture)
+        say(picture)
     return 0
 
 
@@ -108,7 +108,7 @@ def smooth(result: Path, *, how: SmoothOptions = SmoothOptions()) -> int:
         )
     ]  # fmt: skip
     table_console(_SMOOTHED_WIDTH).print(table(head, rows, accuracy.scenario))
-    print(f"{out}: smoothed.nc, smoothed.png")
+    say(f"{out}: smoothed.nc, smoothed.png")
     return 0
 
 
@@ -144,5 +144,5 @@ def table_(result: Path, *, how: TableOptions = TableOptions()) -> int:
     except ValueError as error:
         names = {"variables": "--variables", "every_s": "--every-s", "path": "--out"}
         raise ValueError(as_options(str(error), names)) from None
-    print(how.out)
+    say(how.out)
     return 0

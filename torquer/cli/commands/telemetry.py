@@ -9,7 +9,14 @@ from torquer.base.strict_json import json_text
 from torquer.cli.examples import show_examples
 from torquer.cli.loading import load_checked
 from torquer.cli.options import FLAT, CodeOptions, Json, options
-from torquer.cli.output import make_writable, print_note, table, table_console, writing_to
+from torquer.cli.output import (
+    make_writable,
+    print_note,
+    say,
+    table,
+    table_console,
+    writing_to,
+)
 from torquer.cli.process import FAILED_CODE
 from torquer.ground.telemetry.request import TelemetryRequest
 
@@ -63,7 +70,7 @@ def check(
         print(json_text(found.as_plain() | {"out": str(out)}))
     else:
         _show(found)
-        print(f"{out}: {', '.join(names)}")
+        say(f"{out}: {', '.join(names)}")
     return 0 if found.is_good else FAILED_CODE
 
 
@@ -96,11 +103,11 @@ def _show(found: "Examination") -> None:
 
     screen = table_console(_WIDTH)
     rows, first, last, orbit = (row.value for row in found.facts[:4])
-    print(f"{rows} rows, {first} to {last}; {orbit}")
+    say(f"{rows} rows, {first} to {last}; {orbit}")
     for each in found.mistakes:
-        print(f"WRONG: {each.text}")
+        say(f"WRONG: {each.text}")
     for each in found.findings:
-        print(f"note: {each.text}")
+        say(f"note: {each.text}")
     if calibrated := parameter_texts(found.calibration):
         screen.print(table(PARAMETER_HEAD, calibrated, "Calibration", left=(0, 3)))
     if found.choices:
@@ -109,9 +116,9 @@ def _show(found: "Examination") -> None:
         screen.print(table(PARAMETER_HEAD, fitted, "Twin", left=(0, 3)))
     if found.split is not None:
         (clock, off), (along, away) = found.split
-        print(f"clock {clock:.2f} +- {off:.2f} s, along the track {along:.2f} +- {away:.2f} km, "
+        say(f"clock {clock:.2f} +- {off:.2f} s, along the track {along:.2f} +- {away:.2f} km, "
               "by the errors stated beforehand")  # fmt: skip
-    print(f"verdict: {found.verdict}")
+    say(f"verdict: {found.verdict}")
 
 
 @options
@@ -154,10 +161,10 @@ def init(file: Path, *, how: ProposeOptions = ProposeOptions()) -> int:
         print(json_text({"mapping": str(out)} | plain))
         return 0
     for each in proposal.guesses:
-        print(f"guessed: {each}")
+        say(f"guessed: {each}")
     for each in proposal.others:
-        print(f"also possible: {each}")
+        say(f"also possible: {each}")
     orbit = how.orbit or "..."
-    print(f"{out}: check it, then `torquer telemetry {file.name} --mapping {out.name} --orbit "
+    say(f"{out}: check it, then `torquer telemetry {file.name} --mapping {out.name} --orbit "
           f"{orbit}`")  # fmt: skip
     return 0

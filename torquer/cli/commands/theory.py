@@ -9,7 +9,7 @@ from torquer.base.strict_json import json_text
 from torquer.cli.examples import show_examples
 from torquer.cli.loading import load_checked, load_given
 from torquer.cli.options import FLAT, CodeOptions, Json, options
-from torquer.cli.output import print_answer, save_pictures
+from torquer.cli.output import print_answer, save_pictures, say
 from torquer.theory.averaged.requests import LawRequest
 from torquer.theory.magneto_gyro.requests import GyroModelsRequest
 
@@ -60,7 +60,7 @@ def theory(
         more = {"latex": formulas, "pictures": pictures}
         print(json_text(found.data() | {key: each for key, each in more.items() if each}))
     else:
-        print(*found.lines(formulas.splitlines()), *pictures, sep="\n")
+        say(*found.lines(formulas.splitlines()), *pictures)
     return 0
 
 
@@ -118,5 +118,5 @@ def magneto_gyro(
     if to.json:
         print(json_text(models.data() | ({"pictures": pictures} if pictures else {})))
     else:
-        print(*models.lines(), *pictures, sep="\n")
+        say(*models.lines(), *pictures)
     return 0

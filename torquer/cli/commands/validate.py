@@ -6,7 +6,7 @@ from torquer.base.strict_json import json_text
 from torquer.cli import compiling
 from torquer.cli.loading import check_code, find_code, load_checked
 from torquer.cli.options import CodeOptions, Json
-from torquer.cli.output import harmless
+from torquer.cli.output import say
 from torquer.compile.when_compiling import plainly
 
 
@@ -62,9 +62,9 @@ def validate(scenario: Path, *, json: Json = False, code: CodeOptions = CodeOpti
         return 0
     _show(checked, campaign, (size, campaign_size), executed, found)
     for line in lines_of(unnoticed):
-        print(f"faults: {line}")
+        say(f"faults: {line}")
     for note in notes:
-        print(f"note: {note}")
+        say(f"note: {note}")
     return 0
 
 
@@ -82,24 +82,24 @@ def _show(scenario, campaign, sizes: tuple, executed: dict, found: list) -> None
     from torquer.simulation.setup.size import bytes_text, time_text
 
     length, (size, campaign_size) = time_text(scenario.length_s), sizes
-    print(f"{scenario.name}: valid, {length} of flight; {scenario.simulation.in_words}")
-    print(
+    say(f"{scenario.name}: valid, {length} of flight; {scenario.simulation.in_words}")
+    say(
         f"a run: {size.rows} rows, result of about {bytes_text(size.disk_bytes)}, about "
         f"{bytes_text(size.memory_bytes)} of memory and {time_text(size.computing_s)} of computing"
     )
     if isinstance(scenario.orbit, FileOrbit):
-        print(scenario.orbit.in_words(scenario.start, scenario.length_s))
+        say(scenario.orbit.in_words(scenario.start, scenario.length_s))
     if compiling.is_cold():
-        print(compiling.AHEAD)
+        say(compiling.AHEAD)
     if campaign:
-        print(f"campaign: {campaign.in_words}")
-        print(f"campaign: {campaign_size.in_words}")
+        say(f"campaign: {campaign.in_words}")
+        say(f"campaign: {campaign_size.in_words}")
     for file, keys in executed.items():
         places = ", ".join(key.removesuffix(".file") for key in keys)
-        print(harmless(f"executes {file} ({places}); --no-user-code refuses it"))
+        say(f"executes {file} ({places}); --no-user-code refuses it")
     for finding in found:
         if not finding.is_fault:  # the faults are among the notes
-            print(f"modes: {finding.message}")
+            say(f"modes: {finding.message}")
 
 
 def _keys_by_file(named: dict[str, Path]) -> dict[Path, list[str]]:

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from torquer.base.strict_json import json_text
 from torquer.cli.options import FLAT, Json, options
-from torquer.cli.output import make_writable, table, table_console, writing_to
+from torquer.cli.output import make_writable, say, table, table_console, writing_to
 from torquer.design.requests import WheelsRequest
 
 #: Width of the tables where the output is not a terminal.
@@ -42,7 +42,7 @@ def wheels(
         return 0
     _print(report)
     if files:
-        print(f"{to.out}: {', '.join(path.name for path in files)}")
+        say(f"{to.out}: {', '.join(path.name for path in files)}")
     return 0
 
 
@@ -68,4 +68,4 @@ def _print(report) -> None:
     for title, head, rows, left in report.tables():
         screen.print(table(head, rows, title, range(left)))
     if report.swept:
-        print(best_in_words(report.swept))
+        say(best_in_words(report.swept))

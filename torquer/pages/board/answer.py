@@ -21,8 +21,10 @@ import numpy as np
 from torquer.analysis.attitude import attitude_error_in, body_axes_from_deg
 from torquer.analysis.goals import find_goals
 from torquer.analysis.verdict import judge_run, judged_series
+from torquer.base.language import told
 from torquer.base.strict_json import json_text
 from torquer.pages.board.flown import Flown
+from torquer.pages.board.words import told_all
 from torquer.pages.browser.scene import scene
 
 #: Records that the 3D view is sent at most.
@@ -47,9 +49,15 @@ def make_answer(flown: Flown) -> bytes:
     panels = [*make_panels(flown)]
     header = {
         "panels": [
-            {"key": p.key, "title": p.title, "unit": p.unit, "lines": p.lines} for p in panels
+            {
+                "key": p.key,
+                "title": told(p.title),
+                "unit": told(p.unit),
+                "lines": [told(line) for line in p.lines],
+            }
+            for p in panels
         ],
-        "verdict": verdict_in(flown),
+        "verdict": told_all(verdict_in(flown), ("headline", "limits_met")),
         "numbers": key_numbers(flown),
         "scene": scene(flown.scenario.spacecraft),
         "period_s": flown.scenario.orbit.period_s,

@@ -37,6 +37,7 @@ from torquer.pages.board.own_files import OwnFiles
 from torquer.pages.board.starts import Starts
 from torquer.pages.board.text import data_from_toml, mistakes_in, read_scenario
 from torquer.pages.board.theory import predict
+from torquer.pages.board.words import messages, page, told_all
 from torquer.pages.browser.files import answer_failure, answer_missing, json_object, serve_files
 from torquer.scenario.spec import Scenario
 from torquer.scenario.toml_text import toml_from_data
@@ -44,6 +45,9 @@ from torquer.scenario.toml_text import toml_from_data
 WEB = Path(__file__).parent / "web"
 #: Status of an answer that nobody waits for.
 _CLOSED = 499
+#: What people read of a form, and of the lines of theory.
+_OF_FORM = ("title", "about", "name", "unit", "values", "default")
+_OF_THEORY = ("name", "unit", "about", "notes")
 IsSuperseded = Callable[[], bool]
 
 
@@ -99,6 +103,8 @@ def application(board: Board, ready: Callable[[], None]) -> Starlette:
                 Route(f"/api/{name}", getattr(routes, name), methods=["POST"])
                 for name in ("form", "fly", "theory", "starts", "read", "write", "code", "edit")
             ),
+            *(Route(path, _shown(page, "text/html")) for path in ("/", "/index.html")),
+            Route("/messages.js", _shown(messages, "text/javascript")),
             serve_files(WEB),
         ],
         exception_handlers={
@@ -114,6 +120,17 @@ def application(board: Board, ready: Callable[[], None]) -> Starlette:
     )
 
 
+def _shown(make: Callable[[], str], kind: str):
+    async def answer(request: Request) -> Response:
+        return Response(make(), media_type=kind, headers={"cache-control": "no-cache"})
+
+    return answer
+
+
+def _theory(scenario: Scenario) -> dict:
+    return told_all(predict(scenario), _OF_THEORY)
+
+
 class _Routes:
     """Answers to the page's requests."""
 
@@ -126,7 +143,7 @@ class _Routes:
 
     async def form(self, request: Request) -> Response:
         """Tables and fields."""
-        return JSONResponse({"tables": make_form(await _data(request))})
+        return JSONResponse({"tables": told_all(make_form(await _data(request)), _OF_FORM)})
 
     async def read(self, request: Request) -> Response:
         """The data of a TOML text."""
@@ -163,7 +180,7 @@ class _Routes:
         """Lines of theory."""
         data, board = await _data(request), self._board
         return JSONResponse(
-            await _worked(request, board, board.theory, lambda _: predict(board.scenario(data)))
+            await _worked(request, board, board.theory, lambda _: _theory(board.scenario(data)))
         )
 
     async def starts(self, request: Request) -> Response:

@@ -13,21 +13,26 @@ from typing import Any
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure, SubFigure
+from matplotlib.text import Text
 from PIL import Image
 
+from torquer.base.language import ENGLISH, language, told
 from torquer.simulation.results.file import put
 
 DPI, FINE_DPI = 150, 160
 INK, FAINT = "#222222", "#8a8a8a"
 SMALL = 8.5
+#: Mark of a figure, or of a text in one, that is in the language of the reader already.
+TOLD = "told"
 
 
-def sheet(width: float, height: float, title: str) -> Figure:
+def sheet(width: float, height: float, title: str, is_told: bool = False) -> Figure:
     """A white figure [inch] with its title at the upper left, shortened to fit.
 
-    Dollar signs are plain text.
+    Dollar signs are plain text. `is_told`: all texts are in the language of the reader already.
     """
     figure = Sheet(figsize=(width, height), dpi=DPI, facecolor="white")
+    figure.set_gid(TOLD if is_told else None)
     figure.text(
         0.12 / width,
         1.0 - 0.1 / height,
@@ -50,12 +55,21 @@ class Sheet(Figure):
 
 def encode_png(figure: Figure) -> bytes:
     """A figure as PNG. Without transparency, lightly compressed: as small, and faster to write."""
-    canvas, data = FigureCanvasAgg(figure), io.BytesIO()
+    canvas, data = FigureCanvasAgg(tell_figure(figure)), io.BytesIO()
     canvas.draw()
     pixels = np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[:, :, :3])
     dots = (figure.dpi, figure.dpi)
     Image.fromarray(pixels).save(data, "PNG", compress_level=4, dpi=dots)
     return data.getvalue()
+
+
+def tell_figure(figure: Figure) -> Figure:
+    """Put the texts of a figure into the language of the reader."""
+    if language() != ENGLISH and figure.get_gid() != TOLD:
+        for each in figure.findobj(Text):
+            if each.get_gid() != TOLD and (words := told(each.get_text())) != each.get_text():
+                each.set_text(words)
+    return figure
 
 
 def image(figure: Figure, words: str) -> str:
@@ -76,7 +90,7 @@ _MOMENT = {"pdf": "CreationDate", "svg": "Date"}
 def save_vector(figure: Figure, path: Path) -> Path:
     """Write a figure as a PDF or SVG file, as its name says, the same bytes each time."""
     data, kind = io.BytesIO(), path.suffix[1:]
-    figure.savefig(data, format=kind, metadata={_MOMENT[kind]: None})
+    tell_figure(figure).savefig(data, format=kind, metadata={_MOMENT[kind]: None})
     return put(path, data.getvalue())
 
 

@@ -15,7 +15,7 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from torquer.base.language import ENGLISH
+from torquer.base.language import language, told
 
 #: Type of a script that holds a packed text.
 PACKED = "application/gzip"
@@ -31,7 +31,7 @@ _POLICY = Markup(
 
 def page(template: str, title: str, interactive: bool = True, **data) -> str:
     """A whole page of a template, with its style; scripts unless no figure is interactive."""
-    data = {"language": ENGLISH} | data
+    data = {"language": language(), "told": told} | data
     data |= {"css": _file("page.css"), "policy": _POLICY, "title": title}
     data |= {"library": _library() if interactive else "", "packed_type": PACKED}
     data["script"] = _file("page.js")
@@ -41,7 +41,25 @@ def page(template: str, title: str, interactive: bool = True, **data) -> str:
 def cards(title: str, given: Sequence[Mapping], **data) -> str:
     """A page of cards one below the other; see `card`."""
     interactive = any("figure" in part for each in given for part in each["parts"])
-    return page("cards.html", title, interactive, cards=given, **data)
+    shown = _told(data | {"cards": given})
+    return page("cards.html", told(title), interactive, **shown)
+
+
+#: What of a card is for programs, or its author's own words.
+_AS_IT_IS = ("id", "text", "picture", "folded", "bibtex", "description")
+
+
+def _told(part, key: str = ""):
+    """Plain data for a page with its texts in the language of the reader."""
+    if key in _AS_IT_IS:
+        return part
+    if key == "figure":
+        return _told_figure(part)
+    if isinstance(part, dict):
+        return {name: _told(each, name) for name, each in part.items()}
+    if isinstance(part, list | tuple):
+        return [_told(each) for each in part]
+    return told(part) if isinstance(part, str) else part
 
 
 def card(
@@ -95,6 +113,19 @@ def embed(figure: dict) -> Markup:
     """A figure as packed JSON, for a script of a page."""
     text = json.dumps(figure, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
     return _pack(text)
+
+
+#: What holds texts for people in a figure of plotly.
+_TEXTS = ("name", "text", "title", "label", "ticktext", "legendgroup")
+
+
+def _told_figure(part, key: str = ""):
+    """A figure of plotly with its texts in the language of the reader."""
+    if isinstance(part, str):
+        return told(part) if key in _TEXTS else part
+    if isinstance(part, dict):
+        return {name: _told_figure(each, name) for name, each in part.items()}
+    return [_told_figure(each, key) for each in part] if isinstance(part, list | tuple) else part
 
 
 def _pack(text: str) -> Markup:

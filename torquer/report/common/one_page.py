@@ -17,9 +17,9 @@ from matplotlib.gridspec import GridSpec
 from matplotlib.lines import Line2D
 from matplotlib.textpath import TextToPath
 
-from torquer.base.language import message
+from torquer.base.language import message, told, translated
 from torquer.report.common.colours import GREEN, RED
-from torquer.report.common.figure import DPI, FAINT, INK, Sheet, save_vector
+from torquer.report.common.figure import DPI, FAINT, INK, TOLD, Sheet, save_vector
 
 #: Sizes [inch]: of the sheet and its margin; gaps between columns, parts, and cells.
 WIDTH, HEIGHT, MARGIN = 8.27, 11.69, 0.5
@@ -54,9 +54,7 @@ class Page:
     """What stands on a page; `look`: "done", "missed" or "open", the colour of the verdict.
 
     `numbers`, `models`: labels and values; two leading spaces set a label in. `table`: numbers of
-    many columns, a row of labels and one of units first. `tell`: what puts all of it, and the
-    page's own words, into the language of the reader; pages whose texts have no translations
-    leave it.
+    many columns, a row of labels and one of units first.
     """
 
     title: str
@@ -69,17 +67,17 @@ class Page:
     sources: Sequence[str]
     notes: Sequence[str] = ()
     table: Sequence[Sequence[str]] = ()
-    tell: Callable[[str], str] = str
 
     def told(self) -> "Page":
         """The page in the language of the reader; models are told by their keys."""
-        tell = self.tell
         return replace(
             self,
-            question=tell(self.question),
-            verdict=tell(self.verdict),
-            numbers=[(tell(label), tell(value)) for label, value in self.numbers],
-            notes=[tell(note) for note in self.notes],
+            title=told(self.title),
+            question=told(self.question),
+            verdict=told(self.verdict),
+            numbers=[(told(label), told(value)) for label, value in self.numbers],
+            notes=[told(note) for note in self.notes],
+            table=[[told(cell) for cell in row] for row in self.table],
         )
 
 
@@ -102,9 +100,9 @@ def draw_page(page: Page) -> Sheet:
     """The page as a figure; `savefig("page.pdf")` writes it."""
     figure = Sheet(figsize=(WIDTH, HEIGHT), dpi=DPI, facecolor="white", layout="constrained")
     page = page.told()
-    head, table = _head(page), _table(page.table, page.tell)
+    head, table = _head(page), _table(page.table)
     sources = [f"[{number}] {source}" for number, source in enumerate(page.sources, 1)]
-    below = _listed(page.tell(message("Sources")), sources, _SOURCES, "source", page.tell)
+    below = _listed(translated("Sources"), sources, _SOURCES, "source")
     top, bottom = MARGIN + _tall(head), HEIGHT - MARGIN - _tall(below)
     columns = _columns(page, bottom - top - _tall(table) - _PLOTS - 4.0 * _BETWEEN)
     under = bottom - _BETWEEN - max(map(_tall, columns))
@@ -137,38 +135,31 @@ def _head(page: Page) -> list[_Line]:
         *(_Line(text, _TITLE, bold=True) for text in title),
         *(_Line(text, _HEAD) for text in question),
         *(_Line(text, _HEAD, bold=True, colour=colour) for text in verdict),
-        *_listed("", [f"- {note}" for note in page.notes], _NOTES, "note", page.tell),
+        *_listed("", [f"- {note}" for note in page.notes], _NOTES, "note"),
     ]
 
 
-def _listed(title: str, texts: Sequence[str], tall: float, kind: str, tell) -> list[_Line]:
+def _listed(title: str, texts: Sequence[str], tall: float, kind: str) -> list[_Line]:
     """A title and texts, one below the other, as many as fit into a height [inch]."""
     blocks = [[_Line(x) for x in _wrap(text, _WIDE, _TEXT, False, _MOST[kind])] for text in texts]
     head = [_Line(title, _HEAD, bold=True)] if title and texts else []
-    return _fitting(head, blocks, tall, tell)
+    return _fitting(head, blocks, tall)
 
 
 def _columns(page: Page, tall: float) -> list[list[_Line]]:
     """Numbers beside models; models alone in both columns."""
-    tell = page.tell
-    numbers, models = tell(message("Numbers")), tell(message("Models"))
+    numbers, models = translated("Numbers"), translated("Models")
     if page.numbers:
-        return [
-            _column(numbers, page.numbers, tall, tell),
-            _column(models, page.models, tall, tell),
-        ]
+        return [_column(numbers, page.numbers, tall), _column(models, page.models, tall)]
     half = -(-len(page.models) // 2)
-    return [
-        _column(models, page.models[:half], tall, tell),
-        _column(" ", page.models[half:], tall, tell),
-    ]
+    return [_column(models, page.models[:half], tall), _column(" ", page.models[half:], tall)]
 
 
-def _column(title: str, rows: Sequence[tuple[str, str]], tall: float, tell) -> list[_Line]:
+def _column(title: str, rows: Sequence[tuple[str, str]], tall: float) -> list[_Line]:
     """A title and rows of labels and values, as many as fit."""
     widest = max((width_of(label, _TEXT) for label, _ in rows), default=0.0)
     at = min(widest + 2.0 * _APART, _LABELS * _COLUMN)
-    return _fitting([_Line(title, _HEAD, bold=True)], [_row(*row, at) for row in rows], tall, tell)
+    return _fitting([_Line(title, _HEAD, bold=True)], [_row(*row, at) for row in rows], tall)
 
 
 def _row(label: str, value: str, at: float) -> list[_Line]:
@@ -185,7 +176,7 @@ def _row(label: str, value: str, at: float) -> list[_Line]:
     return lines
 
 
-def _table(table: Sequence[Sequence[str]], tell) -> list[_Line]:
+def _table(table: Sequence[Sequence[str]]) -> list[_Line]:
     """Rows of cells, the first two of them labels and units; as many columns and rows as fit."""
     if not table:
         return []
@@ -204,11 +195,11 @@ def _table(table: Sequence[Sequence[str]], tell) -> list[_Line]:
     title = message("Numbers")
     if shown < len(ends):
         title = message("Numbers, without {count} columns", count=len(ends) - shown)
-    head = [_Line(tell(title), _HEAD, bold=True), *lines[0], *lines[1]]
-    return _fitting(head, lines[2:], _TABLE, tell)
+    head = [_Line(told(title), _HEAD, bold=True), *lines[0], *lines[1]]
+    return _fitting(head, lines[2:], _TABLE)
 
 
-def _fitting(head: list[_Line], blocks: Sequence[list[_Line]], tall: float, tell) -> list[_Line]:
+def _fitting(head: list[_Line], blocks: Sequence[list[_Line]], tall: float) -> list[_Line]:
     """The blocks that fit below a head, and how many do not."""
     left, whole = len(blocks), _tall([*head, *chain(*blocks)])
     found, more = [*head], _Line("").height
@@ -217,7 +208,7 @@ def _fitting(head: list[_Line], blocks: Sequence[list[_Line]], tall: float, tell
             break
         found += block
         left -= 1
-    more_left = tell(message("… and {count} more", count=left))
+    more_left = translated("… and {count} more", count=left)
     return [*found, *([_Line(more_left, colour=_PALE)] if left else [])]
 
 
@@ -229,7 +220,7 @@ def _write(figure: Sheet, lines: Sequence[_Line], left: float, top: float) -> No
         figure.text(
             (left + line.left) / WIDTH, 1.0 - baseline / HEIGHT, line.text, fontsize=line.size,
             fontweight="bold" if line.bold else "normal", color=line.colour, va="baseline",
-            parse_math=False,
+            parse_math=False, gid=TOLD,
         )  # fmt: skip
 
 

@@ -9,7 +9,7 @@ from torquer.analysis.citations import select_sources
 from torquer.analysis.goals import find_goals
 from torquer.analysis.summary import summary_rows
 from torquer.analysis.verdict import clock_text
-from torquer.base.language import message, told
+from torquer.base.language import message
 from torquer.report.common.figure import place
 from torquer.report.common.models import model_rows
 from torquer.report.common.one_page import Page, Plot
@@ -40,7 +40,6 @@ def run_page(result: xr.Dataset) -> Page:
         models=model_rows(view.scenario),
         sources=[source.in_words() for source in select_sources(result)],
         notes=notes(view),
-        tell=told,
     )
 
 

@@ -5,7 +5,7 @@ import json
 from pathlib import Path
 
 from torquer.analysis.summary import summary_rows, time_or_never, unchanged_in_words
-from torquer.base.language import Message, joined, language, message, told
+from torquer.base.language import Message, joined, message, told
 from torquer.computer.modes.diagram import svg
 from torquer.computer.modes.layout import layout
 from torquer.computer.modes.spec import MAIN, Modes
@@ -54,7 +54,7 @@ def page(view: View, pictures, overview_png: Path | None = None) -> str:
     budget = _budget(view)
     texts = {
         "verdict": verdict_data(view),
-        "notes": notes(view),
+        "notes": [told(note) for note in notes(view)],
         "summary": summary_rows(view.summary, verdict=False),
         "setting": setting(view),
         "contents": _contents(bool(modes), shown, bool(budget), in_space),
@@ -68,8 +68,6 @@ def page(view: View, pictures, overview_png: Path | None = None) -> str:
         "flight.html",
         view.scenario.name,
         **_all_told(texts),
-        told=told,
-        language=language(),
         description=view.scenario.description,
         overview=encode(_in_few_colours(overview_png)) if overview_png else "",
         scenario=to_toml(json.loads(view.result.attrs["scenario"])),

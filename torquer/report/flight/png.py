@@ -71,7 +71,7 @@ def draw_picture(view: View, picture: Picture) -> Figure:
     sizes = [(_STRIP, _UNDER_STRIP) if panel.bars else (_PLOT, _UNDER) for panel in picture.panels]
     height = _HEAD + sum(_TITLE + tall + under for tall, under in sizes)
     height += (_REVOLUTIONS if counted else 0.0) + (_FOOT if legend_of_ranges else 0.0)
-    figure = sheet(_WIDTH, height, f"{picture.title} · {view.scenario.name}")
+    figure = sheet(_WIDTH, height, f"{picture.title} · {view.scenario.name}", is_told=True)
     top = _HEAD
     for i, (panel, (tall, under)) in enumerate(zip(picture.panels, sizes, strict=True)):
         axes = place(figure, _LEFT, top + _TITLE, _WIDTH - _LEFT - _RIGHT, tall)
@@ -269,7 +269,7 @@ def _add_revolutions(axes, view: View) -> None:
 def draw_overview(view: View) -> Figure:
     """Three panels and the ground track on one page, with the key numbers."""
     wide, tall = 4.95, 2.475
-    figure = sheet(12.2, 7.1, view.scenario.description or view.scenario.name)
+    figure = sheet(12.2, 7.1, view.scenario.description or view.scenario.name, is_told=True)
     places = ((0.75, 0.68), (6.85, 0.68), (0.75, 3.9), (6.85, 3.9))
     cells = [place(figure, left, top, wide, tall) for left, top in places]
     for axes, panel in zip(cells[:3], overview(view), strict=True):
@@ -321,7 +321,8 @@ def draw_ground_track(view: View) -> Figure:
     """Ground track over a map of the field at the mean altitude."""
     wide = _WIDTH - _LEFT - _RIGHT - 0.5
     height = _MAP_TOP + 0.5 * wide + _MAP_BELOW
-    figure = sheet(_WIDTH, height, f"{translated('Ground track')} · {view.scenario.name}")
+    title = f"{translated('Ground track')} · {view.scenario.name}"
+    figure = sheet(_WIDTH, height, title, is_told=True)
     axes = place(figure, _LEFT, _MAP_TOP, wide, 0.5 * wide)
     bar = place(figure, _LEFT + wide + 0.15, _MAP_TOP + 0.3, 0.15, 0.5 * wide - 0.6)
     draw_track(axes, view, bar)

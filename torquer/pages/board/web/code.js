@@ -2,13 +2,14 @@
 
 import { h } from "/dom.js";
 import { post } from "./net.js";
+import { t } from "./words.js";
 
 export class Code {
   #files = [];
   #box;
   #saved;
-  #text = h("textarea", { spellcheck: false, wrap: "off", "aria-label": "text of the Python file" });
-  #select = h("select", { "aria-label": "Python file" });
+  #text = h("textarea", { spellcheck: false, wrap: "off", "aria-label": t("text of the Python file") });
+  #select = h("select", { "aria-label": t("Python file") });
   #failure = h("p", { class: "failure", role: "alert" });
   #state = h("span", { role: "status" });
 
@@ -16,8 +17,8 @@ export class Code {
   constructor(box, saved) {
     this.#box = box;
     this.#saved = saved;
-    const save = h("button", { onclick: () => this.#save(), title: "Ctrl-S" }, "save and simulate");
-    const read = h("button", { onclick: () => this.#read() }, "read again");
+    const save = h("button", { onclick: () => this.#save(), title: "Ctrl-S" }, t("save and simulate"));
+    const read = h("button", { onclick: () => this.#read() }, t("read again"));
     const row = h("div", { class: "row" }, this.#select, save, read, this.#state);
     box.append(row, this.#failure, this.#text);
     this.#select.onchange = () => this.#show();
@@ -66,7 +67,7 @@ export class Code {
   }
 
   #say() {
-    this.#state.textContent = `${this.#file.name}: ${isEdited(this.#file) ? "not saved" : "saved"}`;
+    this.#state.textContent = `${this.#file.name}: ${isEdited(this.#file) ? t("not saved") : t("saved")}`;
   }
 
   async #save() {

@@ -3,6 +3,7 @@
 // table, the key, the axis. What a key is about is read out with it, and shown below the form.
 
 import { h } from "/dom.js";
+import { t } from "./words.js";
 
 const STEPS = 1000;
 
@@ -78,7 +79,7 @@ export class Form {
     );
     box.append(...given.map((field) => this.#field(table, field)));
     if (!rest.length) return box;
-    const more = h("details", {}, h("summary", { "aria-label": `more of ${table.title}` }, "more"));
+    const more = h("details", {}, h("summary", { "aria-label": t("more of {table}", { table: table.title }) }, t("more")));
     more.append(...rest.map((field) => this.#field(table, field)));
     box.append(given.length ? more : h("div", {}, ...rest.map((field) => this.#field(table, field))));
     return box;
@@ -91,9 +92,9 @@ export class Form {
         this.#open.add(table.key);
         this.#change(table.key, value, true);
       };
-      found.push(h("button", { onclick: add({}), "aria-label": `add ${table.title}` }, "add"));
+      found.push(h("button", { onclick: add({}), "aria-label": t("add {table}", { table: table.title }) }, t("add")));
       for (const preset of table.presets) {
-        const name = `add ${table.title}: ${preset}`;
+        const name = t("add {table}: {preset}", { table: table.title, preset });
         found.push(h("button", { onclick: add({ preset }), "aria-label": name }, preset));
       }
       return found;
@@ -103,15 +104,15 @@ export class Form {
         this.#change(table.key, { kind }, true),
       );
       select.dataset.kind = table.key;
-      const label = h("label", { id: idOf("label", `${table.key}.kind`) }, "kind");
+      const label = h("label", { id: idOf("label", `${table.key}.kind`) }, t("kind"));
       called(select, table, `${table.key}.kind`, "");
       label.htmlFor = select.id;
       found.push(h("div", { class: "field is-given" }, label, select));
     }
     if (table.optional && table.key !== "control.law") {
       const takeOut = () => this.#change(table.key, undefined, true);
-      const name = `take out ${table.title}`;
-      found.push(h("button", { onclick: takeOut, "aria-label": name }, "take out"));
+      const name = t("take out {name}", { name: table.title });
+      found.push(h("button", { onclick: takeOut, "aria-label": name }, t("take out")));
     }
     return found;
   }
@@ -121,9 +122,10 @@ export class Form {
       box.classList.add("is-given");
       this.#change(field.key, value, false);
     };
-    const otherwise = field.required ? "must be given" : field.default && `default: ${field.default}`;
+    const standard = field.default && t("default: {value}", { value: field.default });
+    const otherwise = field.required ? t("must be given") : standard;
     const title = [field.about, field.values, otherwise].filter(Boolean).join("\n");
-    const takeOut = { class: "clear", title: `take out ${field.name}`, hidden: field.required };
+    const takeOut = { class: "clear", title: t("take out {name}", { name: field.name }), hidden: field.required };
     const clear = h("button", { ...takeOut, "aria-label": takeOut.title }, "×");
     clear.onclick = () => this.#change(field.key, undefined, true);
     const id = idOf("failure", field.key);
@@ -209,7 +211,7 @@ function number(value, { slider: span, unit }, set, key) {
   if (span) {
     const slider = h("input", { type: "range", min: 0, max: STEPS, step: 1 });
     slider.dataset.slider = key;
-    const say = () => slider.setAttribute("aria-valuetext", `${text.value || "none"} ${unit}`.trim());
+    const say = () => slider.setAttribute("aria-valuetext", `${text.value || t("none")} ${unit}`.trim());
     slider.value = value === null ? 0 : placeOf(value, span);
     say();
     slider.oninput = () => {

@@ -1,5 +1,7 @@
 // Plots and the 3D view by keys alone, and in words for who does not see them.
 
+import { t } from "./words.js";
+
 /** Part of a plot's records by which an arrow key moves. */
 const STEP = 0.01;
 const MOVES = { ArrowLeft: -STEP, ArrowRight: STEP, PageDown: -10 * STEP, PageUp: 10 * STEP };
@@ -19,7 +21,7 @@ export function plotByKeys(chart, panel) {
   const { over } = chart;
   const count = () => chart.data[0].length;
   over.tabIndex = 0;
-  const about = { role: "slider", "aria-label": `time of ${panel.title}`, "aria-valuemin": 0 };
+  const about = { role: "slider", "aria-label": t("time of {plot}", { plot: panel.title }), "aria-valuemin": 0 };
   for (const [name, value] of Object.entries(about)) over.setAttribute(name, value);
   const say = () => {
     const i = Math.min(chart.cursor.idx ?? Infinity, count() - 1);
@@ -45,7 +47,7 @@ function valuesAt(chart, i, unit) {
     const value = chart.data[k + 1][i];
     return show && Number.isFinite(value) ? [`${label} ${Number(value.toPrecision(3))} ${unit}`] : [];
   });
-  return [`${chart.data[0][i]?.toFixed(2)} h`, ...shown].join(", ");
+  return [`${chart.data[0][i]?.toFixed(2)} ${t("h")}`, ...shown].join(", ");
 }
 
 function lineByKeys(chart, row, i) {
@@ -66,6 +68,6 @@ const TURNS = { ArrowLeft: [-TURN, 0], ArrowRight: [TURN, 0], ArrowUp: [0, -TURN
 export function viewByKeys(canvas, turn) {
   canvas.tabIndex = 0;
   canvas.setAttribute("role", "img");
-  canvas.setAttribute("aria-label", "attitude of the body in inertial axes; arrow keys turn the view");
+  canvas.setAttribute("aria-label", t("attitude of the body in inertial axes; arrow keys turn the view"));
   onKeys(canvas, TURNS, (key) => turn(...TURNS[key]));
 }

@@ -6,6 +6,7 @@ import { fromAddress, History, toAddress, withValue } from "./data.js";
 import { Form } from "./form.js";
 import { fly, Latest, lines, post, Refused } from "./net.js";
 import { Plots } from "./plots.js";
+import { t } from "./words.js";
 
 /** How long a superseded request may go on [ms]. */
 const PATIENCE_MS = 150;
@@ -74,7 +75,7 @@ async function showForm() {
 }
 
 async function flown({ data, at: since, number }, signal) {
-  say("computing");
+  say(t("computing"));
   try {
     const found = await fly(data, signal);
     run = { ...found, data };
@@ -85,7 +86,7 @@ async function flown({ data, at: since, number }, signal) {
   } catch (error) {
     if (signal.aborted) return;
     errors(error instanceof Refused ? error.errors : [{ key: "", text: String(error.message) }]);
-    say("not flown: the plots are of the last run");
+    say(t("not flown: the plots are of the last run"));
   }
 }
 
@@ -98,7 +99,7 @@ async function shownNext(since, number) {
   measured.redraws.push(now - since);
   if (measured.redraws.length > 1000) measured.redraws.shift();
   if (number !== asked) return;
-  say(`${(now - since).toFixed(0)} ms`);
+  say(`${(now - since).toFixed(0)} ${t("ms")}`);
   viewing = setTimeout(showView, changedAt + QUIET_MS - now);
 }
 
@@ -114,7 +115,7 @@ async function withTheory(data, signal) {
 }
 
 function lineOf({ name, value, unit, about }) {
-  const text = value === null ? "none" : `${Number(value.toPrecision(4))} ${unit}`;
+  const text = value === null ? t("none") : `${Number(value.toPrecision(4))} ${unit}`;
   return h("tr", {}, h("td", {}, name, h("small", {}, about)), h("td", { class: "value" }, text));
 }
 
@@ -152,30 +153,30 @@ function say(text) {
 
 at("pin").onclick = () => {
   if (!run) return;
-  const name = `pin ${1 + Math.max(0, ...pins.map((pin) => pin.number))}`;
-  const number = Number(name.slice(4));
+  const number = 1 + Math.max(0, ...pins.map((pin) => pin.number));
+  const name = t("pin {number}", { number });
   pins.push({ name, number, run, data: history_.now });
   if (pins.length > MOST_PINS) pins.shift();
   draw();
 };
 
 function showPins() {
-  const rows = pins.length ? [...pins, { name: "now", run, data: history_.now }] : [];
+  const rows = pins.length ? [...pins, { name: t("now"), isNow: true, run, data: history_.now }] : [];
   at("pins").hidden = !rows.length;
   at("pins").tBodies[0].replaceChildren(...rows.map(pinOf));
 }
 
 function pinOf(pin) {
   const { numbers, verdict } = pin.run.header;
-  const settled = verdict.settled_s === null ? "not settled" : `${(verdict.settled_s / 3600).toFixed(2)} h`;
-  const rate = `${Number(numbers.final_rate_deg_s.toPrecision(3))} deg/s`;
-  const differs = pin.name === "now" ? "" : differences(pin.data, history_.now).slice(0, 3).join(", ");
+  const settled = verdict.settled_s === null ? t("not settled") : `${(verdict.settled_s / 3600).toFixed(2)} ${t("h")}`;
+  const rate = `${Number(numbers.final_rate_deg_s.toPrecision(3))} ${t("deg/s")}`;
+  const differs = pin.isNow ? "" : differences(pin.data, history_.now).slice(0, 3).join(", ");
   const row = h("tr", {}, h("td", {}, pin.name, h("small", {}, differs)), h("td", { class: "value" }, settled), h("td", { class: "value" }, rate));
   const buttons = h("td", {});
-  if (pin.name !== "now")
+  if (!pin.isNow)
     buttons.append(
-      h("button", { onclick: () => change(pin.data, null, true), "aria-label": `use ${pin.name}` }, "use"),
-      h("button", { onclick: () => (pins.splice(pins.indexOf(pin), 1), draw()), "aria-label": `remove ${pin.name}` }, "×"),
+      h("button", { onclick: () => change(pin.data, null, true), "aria-label": t("use {name}", { name: pin.name }) }, t("use")),
+      h("button", { onclick: () => (pins.splice(pins.indexOf(pin), 1), draw()), "aria-label": t("remove {name}", { name: pin.name }) }, "×"),
     );
   row.append(buttons);
   return row;
@@ -188,7 +189,7 @@ function differences(one, other, place = "") {
     const [a, b] = [one?.[key], other?.[key]];
     if (JSON.stringify(a) === JSON.stringify(b)) return [];
     const isTable = [a, b].every((x) => x && typeof x === "object" && !Array.isArray(x));
-    return isTable ? differences(a, b, `${place}${key}.`) : [`${key} ${JSON.stringify(a) ?? "none"}`];
+    return isTable ? differences(a, b, `${place}${key}.`) : [`${key} ${JSON.stringify(a) ?? t("none")}`];
   });
 }
 
@@ -200,7 +201,7 @@ function stopStarts() {
   starting?.abort();
   starting = null;
   band = null;
-  at("starts").textContent = "256 starts";
+  at("starts").textContent = t("256 starts");
 }
 
 at("starts").onclick = async () => {
@@ -210,13 +211,13 @@ at("starts").onclick = async () => {
     return;
   }
   const control = (starting = new AbortController());
-  at("starts").textContent = "starts: beginning";
+  at("starts").textContent = t("starts: beginning");
   try {
     await lines("starts", { data: history_.now }, control.signal, (line) => {
       if (starting !== control) return;
       if (line.errors) return errors(line.errors);
       band = line;
-      at("starts").textContent = `starts: ${line.flown} of ${line.runs}`;
+      at("starts").textContent = t("starts: {flown} of {runs}", line);
       if (run) draw();
     });
   } catch (error) {
@@ -302,7 +303,7 @@ async function start() {
     view = new View(at("view"));
     if (run) showView();
   } catch (error) {
-    at("view").textContent = `no 3D view: ${error.message}`;
+    at("view").textContent = t("no 3D view: {why}", { why: error.message });
   }
 }
 

@@ -2,6 +2,7 @@
 
 import { h } from "/dom.js";
 import { plotByKeys } from "./keys.js";
+import { t } from "./words.js";
 
 const COLOURS = ["#74c0fc", "#ff8787", "#8ce99a", "#b197fc", "#ffd43b"];
 const PINNED = ["#e599f7", "#ffa94d", "#63e6be", "#adb5bd"];
@@ -74,9 +75,9 @@ export class Plots {
       spanGaps: true,
     }));
     const edges = band
-      ? ["least", "5 %", "median", "95 %", "greatest"].map((label) => ({
-          label: `starts: ${label}`,
-          stroke: label === "median" ? "#dee2e6" : "#5c6b80",
+      ? [t("least"), "5 %", t("median"), "95 %", t("greatest")].map((label, i) => ({
+          label: t("starts: {part}", { part: label }),
+          stroke: i === 2 ? "#dee2e6" : "#5c6b80",
           width: 1,
           spanGaps: true,
           points: { show: false },
@@ -95,8 +96,8 @@ export class Plots {
       width: this.#width,
       height: this.#height,
       scales: { x: { time: false }, y: isRate ? { distr: 3 } : {} },
-      axes: [{ ...axis, label: "h", labelSize: 18 }, { ...axis, size: 60 }],
-      series: [{ label: "h" }, ...own, ...pinned, ...edges],
+      axes: [{ ...axis, label: t("h"), labelSize: 18 }, { ...axis, size: 60 }],
+      series: [{ label: t("h") }, ...own, ...pinned, ...edges],
       bands,
       cursor: { sync: { key: this.#sync.key }, drag: { x: true, y: false } },
       hooks: {

@@ -20,6 +20,7 @@ import { COLOURS } from "/attitude/colours.js";
 import { graticule } from "/attitude/shapes.js";
 import { h } from "/dom.js";
 import { viewByKeys } from "./keys.js";
+import { t } from "./words.js";
 
 const RADIUS = 1.25;
 const Z_UP = new Quaternion().setFromAxisAngle(new Vector3(1, 0, 0), -Math.PI / 2);
@@ -79,7 +80,8 @@ export class View {
     this.#body.quaternion.set(...row("q", 4));
     const [rate, dipole] = [[...row("view.rate", 3)], [...row("view.dipole", 3)]];
     this.#body.show({ rate, dipole, field: null, sun: null }, true);
-    this.#caption.textContent = `${(times[k] / 3600).toFixed(2)} h; rate orange, dipole cyan; inertial axes`;
+    const at = (times[k] / 3600).toFixed(2);
+    this.#caption.textContent = t("{at} h; rate orange, dipole cyan; inertial axes", { at });
     this.#draw();
   }
 
