@@ -1,11 +1,12 @@
 """The last of three workers runs the files that wait, and every test is run once."""
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
 pytest.importorskip("xdist")
-from waiting_aside import WAITING, WaitingAside
+from waiting_aside import DEAR, WAITING, WaitingAside
 
 NAMES = ("a.py", "pages/b.py", *(f"base/{k}.py" for k in range(8)), "pages/c.py")
 TESTS = [f"tests/{name}::test_{k}" for name in NAMES for k in range(4)]
@@ -62,3 +63,22 @@ def test_of_fewer_each_runs_what_comes(count):
 def test_without_files_that_wait_or_with_nothing_else_all_is_run():
     run(3, [test for test in TESTS if not test.startswith(WAITING)])
     run(3, [test for test in TESTS if test.startswith(WAITING)])
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_the_dearest_files_are_begun_first(count):
+    dear = [f"{file}::test" for file in reversed(DEAR)]
+    ran = run(count, [*TESTS, *dear])
+    at_work = ran[: 2 if count == 3 else count]
+    firsts = {worker[0] for worker in at_work}
+    assert firsts == {f"{file}::test" for file in DEAR[: len(at_work)]}
+    for worker in at_work:
+        others = [test for test in worker if not test.startswith(WAITING)]
+        assert [test in dear for test in others] == sorted(
+            (t in dear for t in others), reverse=True
+        )
+
+
+def test_the_dear_files_are_there():
+    root = Path(__file__).parents[1]
+    assert [file for file in DEAR if not (root / file).is_file()] == []

@@ -16,6 +16,7 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, CompilerBase, CompileResult
 from numba.core.compiler_machinery import PassManager
 from numba.core.cpu import CPUContext
+from numba.core.extending import _Intrinsic
 from numba.core.registry import CPUDispatcher, cpu_target
 
 from torquer.compile import engine
@@ -48,6 +49,7 @@ NAMES = {
     "numba.core.runtime": ["rtsys"],
     "numba.core.typed_passes": ["NativeLowering", "NativeParforLowering"],
     "numba.core.typeinfer": ["register_dispatcher"],
+    "numba.core.utils": ["_dynamic_modname", "_dynamic_module"],
     "numba.cpython": ["numbers"],
     "numba.core.typing.templates": [
         "AbstractTemplate", "AttributeTemplate", "infer_getattr", "infer_global", "signature",
@@ -96,7 +98,8 @@ OF_INSTANCES = {
     PassManager: ["_finalized", "passes"],
     FunctionCache: ["_cache_file", "_cache_path", "_impl", "_py_func"],
     IndexDataCacheFile: ["_cache_path", "_index_path"],
-    UserProvidedCacheLocator: ["_py_file"],
+    UserProvidedCacheLocator: ["_cache_path", "_py_file"],
+    _Intrinsic: ["_defn"],
     CompilerBase: ["flags", "func_id", "library", "reload_init", "targetctx"],
 }
 

@@ -13,6 +13,7 @@ import stat
 import tempfile
 import warnings
 from collections.abc import Iterable, Iterator
+from contextvars import ContextVar
 from pathlib import Path
 
 from torquer.compile.ready import is_ours, is_private, ready_folder
@@ -127,14 +128,28 @@ def is_sound(path: str) -> bool:
     return False
 
 
+#: The user's files that name the cache folder now, by their whole path.
+_users: ContextVar[frozenset[Path]] = ContextVar("_users", default=frozenset())
+
+
 @contextlib.contextmanager
 def user_cache(files: Iterable[Path]) -> Iterator[None]:
     """Compile, within the block, into a cache folder named by the content of the user's files."""
     config = numba_config()
-    usual = config.CACHE_DIR
+    usual, files = config.CACHE_DIR, list(files)
     if FOLDER:
-        config.CACHE_DIR = str(Path(usual) / f"user-{mark_files(files)}")
+        config.CACHE_DIR = str(FOLDER / f"user-{mark_files(files)}")
+    before = _users.set(frozenset(path.resolve() for path in files))
     try:
         yield
     finally:
         config.CACHE_DIR = usual
+        _users.reset(before)
+
+
+def names_the_folder(file: str) -> bool:
+    """Whether a user's file is one of those whose content names the cache folder now.
+
+    Wherever it stands, its code is found again: a copied project starts at once.
+    """
+    return FOLDER is not None and Path(file).resolve() in _users.get()

@@ -18,6 +18,7 @@ import functools
 import gc
 import io
 import os
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -51,6 +52,7 @@ from numba.core.typing.templates import (
     infer_global,
     signature as signature_of,
 )
+from numba.core.utils import _dynamic_modname, _dynamic_module
 from numba.cpython import numbers
 from numba.experimental.function_type import _get_wrapper_address
 
@@ -60,11 +62,14 @@ from torquer.compile.code_cache import (
     READY,
     SOURCES,
     is_sound,
+    names_the_folder,
     numba_config,
     seal_file,
     tell,
 )
 from torquer.compile.ready import GENERIC
+from torquer.compile.references import References, naming_symbols
+from torquer.compile.sources import is_own
 from torquer.compile.when_compiling import FOR_KERNELS, LOOP_OPTIONS, numba_is_loaded
 
 #: New objects after which Python looks for garbage while it compiles; usually 700, with which the
@@ -72,6 +77,9 @@ from torquer.compile.when_compiling import FOR_KERNELS, LOOP_OPTIONS, numba_is_l
 _NEW_OBJECTS = 100_000
 
 numba_config()
+# where code is at home whose module cannot be imported, such as a user's file: what the disk keeps
+# of it asks for that
+sys.modules.setdefault(_dynamic_modname, _dynamic_module)
 
 
 class Part(JITCodeLibrary):
@@ -271,8 +279,16 @@ class _Locator(UserProvidedCacheLocator):
     """Our folder alone; it was tried on import, not once more for each of 500 functions.
 
     The package's own code is found again wherever the package is installed: its place is that in
-    the package, and FOLDER is named by the sources' content already.
+    the package, and FOLDER is named by the sources' content already. So is a user's file in a
+    folder that is named by its content and by that of the files next to it.
     """
+
+    def __init__(self, py_func, py_file):
+        super().__init__(py_func, py_file)
+        self._stamp = SOURCES if _place(os.path.dirname(py_file)) else None
+        if names_the_folder(py_file):
+            folder = Path(numba_config().CACHE_DIR)
+            self._stamp, self._cache_path = folder.name, str(folder / "files")
 
     def ensure_cache_path(self):
         os.makedirs(self.get_cache_path(), exist_ok=True)
@@ -282,7 +298,7 @@ class _Locator(UserProvidedCacheLocator):
         return _place(os.path.dirname(py_file)) or super().get_suitable_cache_subpath(py_file)
 
     def get_source_stamp(self):
-        return SOURCES if _place(os.path.dirname(self._py_file)) else super().get_source_stamp()
+        return self._stamp or super().get_source_stamp()
 
 
 class _Files(CompileResultCacheImpl):
@@ -317,6 +333,11 @@ class _SealedCache(FunctionCache):
         made._impl = _FilesOfParts(self._py_func)
         made._use_files(f"{self._impl.filename_base}.for_kernels")
         return made
+
+    def _index_key(self, sig, codegen):
+        """Numba's key and, of a user's function, a mark of all that its code is made of."""
+        key = super()._index_key(sig, codegen)
+        return key if is_own(self._py_func) else (*key, References(self._py_func).mark)
 
     def _load_overload(self, sig, target_context):
         found = super()._load_overload(sig, target_context)
@@ -371,8 +392,8 @@ def ending_turns() -> Iterator[None]:
 
 def _generic(key):
     """The key of an entry, for a processor of any kind."""
-    signature, (triple, *_), code = key
-    return signature, (triple, *GENERIC.values()), code
+    signature, (triple, *_), *code = key
+    return signature, (triple, *GENERIC.values()), *code
 
 
 def _closes_over_kernels(plain) -> bool:
@@ -414,7 +435,7 @@ class _InTurns(CPUDispatcher):
 
     def compile(self, sig):
         """Compile for a signature, if it is not on the disk."""
-        with global_compiler_lock, ending_turns():
+        with global_compiler_lock, ending_turns(), naming_symbols(self.py_func):
             return super().compile(sig)
 
 

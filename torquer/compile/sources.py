@@ -1,5 +1,6 @@
 """Which sources compiled code is made of: a hash of them names its folder."""
 
+import functools
 import hashlib
 import re
 import sys
@@ -54,7 +55,12 @@ def are_edited(sources: Iterable[Path]) -> bool:
 
 def is_own(function) -> bool:
     """Whether a Python function is from this package, whose sources name the cache folder."""
-    return Path(function.__code__.co_filename).resolve().is_relative_to(PACKAGE)
+    return _is_inside(function.__code__.co_filename, PACKAGE)
+
+
+@functools.cache
+def _is_inside(file: str, folder: Path) -> bool:
+    return Path(file).resolve().is_relative_to(folder)
 
 
 def mark_files(files: Iterable[Path]) -> str:

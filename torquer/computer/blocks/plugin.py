@@ -54,6 +54,7 @@ def compile_plugin(
         NumbaError,
         UnsupportedBytecodeError,
         keep_compiled,
+        naming_symbols,
         rare_collections,
         register_dispatcher,
     )
@@ -62,7 +63,7 @@ def compile_plugin(
         found = numba.njit(**options)(function)
         if keep:
             keep_compiled(found)
-        with register_dispatcher(found), rare_collections():
+        with register_dispatcher(found), rare_collections(), naming_symbols(function):
             found.compile(signature)
         found.disable_compile()
         return found

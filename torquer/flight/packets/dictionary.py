@@ -256,9 +256,21 @@ def load_dictionary(source: str | Path, extra: tuple = ()) -> Dictionary:
     take must be free. Mistakes are a `DictionaryError`.
     """
     shipped = _SHIPPED / f"{source}.toml"
-    first = shipped if re.fullmatch(r"\w+", str(source)) and shipped.exists() else Path(source)
+    if not (re.fullmatch(r"\w+", str(source)) and shipped.exists()):
+        return _load_files((Path(source), *map(Path, extra)))
+    return _load_files((shipped, *map(Path, extra))) if extra else _load_shipped(shipped)
+
+
+@cache
+def _load_shipped(path: Path) -> Dictionary:
+    """A dictionary of the package, which does not change: an export to C asks for it ten times."""
+    return _load_files((path,))
+
+
+def _load_files(paths: tuple[Path, ...]) -> Dictionary:
+    """The dictionary of a first file and of those that add to it."""
     found: dict[str, Any] = {}
-    for path in (first, *map(Path, extra)):
+    for path in paths:
         try:
             data = _read_toml(path)
             common = _common(data, "")

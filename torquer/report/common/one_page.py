@@ -7,6 +7,7 @@ and the page says how much.
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
@@ -249,7 +250,9 @@ def _wrap(text: str, wide: float, size: float, bold: bool, most: int) -> list[st
         if lines and width_of(joined, size, bold) <= wide:
             lines[-1] = joined
             continue
-        lines += _break(word, wide, size, bold)
+        lines += _break(word, wide, size, bold, most)
+        if len(lines) > most:  # what comes then is not measured: that takes most of the time
+            break
     if len(lines) > most:
         lines = lines[:most]
         while width_of(f"{lines[-1]} …", size, bold) > wide:
@@ -258,18 +261,21 @@ def _wrap(text: str, wide: float, size: float, bold: bool, most: int) -> list[st
     return lines
 
 
-def _break(word: str, wide: float, size: float, bold: bool) -> list[str]:
-    """A word in pieces of at most a width [inch]."""
+def _break(word: str, wide: float, size: float, bold: bool, most: int) -> list[str]:
+    """A word in pieces of at most a width [inch]; of a longer one no more than tells so."""
     if width_of(word, size, bold) <= wide:
         return [word]
     pieces = [""]
     for sign in word:
         if pieces[-1] and width_of(pieces[-1] + sign, size, bold) > wide:
+            if len(pieces) > most:
+                break
             pieces.append("")
         pieces[-1] += sign
     return pieces
 
 
+@lru_cache(maxsize=4096)
 def width_of(text: str, size: float, bold: bool = False) -> float:
     """Width of a text [inch], whatever the device; size in points."""
     font = FontProperties(size=size, weight="bold" if bold else "normal")
