@@ -421,6 +421,20 @@ def test_a_warm_start_loads_nothing_that_it_does_not_use(call, scenario, tmp_pat
     assert done.stdout.splitlines()[-1] == "[]"
 
 
+def test_a_scenario_is_checked_without_the_compiler(scenario):
+    """Loading it takes as long as all the rest."""
+    code = (
+        "import sys\nfrom torquer.cli import main\n"
+        "try: main(sys.argv[1:])\n"
+        "finally: print([name for name in ('numba', 'xarray') if name in sys.modules])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, "validate", str(scenario)],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
 @needs_jit
 @pytest.mark.parametrize("own_law", [False, True])
 def test_packages_that_no_run_uses_are_left_to_the_users_code(scenario, tmp_path, own_law):

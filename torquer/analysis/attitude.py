@@ -17,7 +17,7 @@ from torquer.scenario.held import (
     held_over_time,
     holds_attitude,
 )
-from torquer.simulation.results.dataset import flown_scenario
+from torquer.simulation.results.flown import flown_scenario
 
 if TYPE_CHECKING:  # half a second of importing, which notes need not wait for
     import xarray as xr

@@ -11,7 +11,7 @@ from torquer.environment.ephemeris import ModelErrors, model_errors
 from torquer.environment.light import light_along
 from torquer.maths.geometry.attitudes import to_body
 from torquer.scenario.spec import Scenario
-from torquer.simulation.results.dataset import flown_scenario
+from torquer.simulation.results.flown import flown_scenario
 from torquer.simulation.setup.own_functions import needs_of_own, own_torques
 from torquer.spacecraft.actuators.coils import Coils
 from torquer.spacecraft.disturbance import TORQUES

@@ -149,10 +149,21 @@ def bits_float(bits):
     return np.uint64(bits).view(np.float64)
 
 
+def whole(record):
+    """A record in memory (`torquer.compile.arguments`) as a tuple of all its numbers and arrays."""
+    return record
+
+
+def call_host(address, number):
+    """Call a Python function by the address of its `torquer.compile.arguments.Callback`."""
+    address(number)
+
+
 @when_compiling
 def _overload() -> None:
-    from torquer.compile import overloads
+    from torquer.compile import overloads, views
 
+    views.overload_functions(whole, call_host)
     overloads.overload_functions(without_reference_counts, float_bits, bits_float, places)
 
 

@@ -10,8 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from torquer.compile.arguments import call_host, whole
-from torquer.compile.engine import addresses, caller, inlined, kernel
+from torquer.compile.engine import addresses, call_host, caller, inlined, kernel, whole
 from torquer.computer.blocks import plugin
 from torquer.computer.blocks.adapter import flat
 from torquer.computer.blocks.block import Block
@@ -148,7 +147,7 @@ def select_signature():
 call_select = caller(select_signature)
 #: Called by its address, as laws are: only a run with modes compiles it.
 call_switch = caller(switch_signature)
-call_law = caller(KINDS["command"].in_loop)
+call_law = caller(lambda: KINDS["command"].in_loop)
 
 
 @inlined

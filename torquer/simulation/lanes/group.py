@@ -11,6 +11,7 @@ from torquer.computer.computer import Computer, estimates
 from torquer.scenario.spec import Scenario
 from torquer.simulation.lanes.laws import CELLS_AT, law_in_lanes
 from torquer.simulation.lanes.packing import Packed, pack_member
+from torquer.simulation.lanes.sensed import same_timetable, without_unread
 from torquer.simulation.lanes.wheels import drive_wheels, own_space, same_allocation
 from torquer.simulation.loop.computers import Boards, make_boards, same_computers, sensed_places
 from torquer.simulation.loop.members import END, RUNNING, STREAMS, Many
@@ -149,7 +150,10 @@ class Lanes:
         self._width = _MOTION + len(self.plan.log_cells) + wheels
         if not self._one_by_one:
             self._laws = [law_in_lanes(law) for law in run.blocks.laws.values()]
-            self.plan = self.plan._replace(computer=self._computer(run.plan.computer))
+            self.plan = self.plan._replace(
+                computer=self._computer(run.plan.computer),
+                timetable=without_unread(run.plan.timetable, run.blocks.laws.values()),
+            )
 
     def _places(self, kept: Kept) -> np.ndarray:
         """Where what is recorded stands in a lane; below 0: in the memory of a board."""
@@ -198,9 +202,7 @@ class Lanes:
             and other.steps == self.run.steps
             and other.plan.step_s == self.plan.step_s
             and other.plan.record_steps == self.plan.record_steps
-            and other.plan.timetable.cycle_steps == self.plan.timetable.cycle_steps
-            and other.plan.timetable.late == self.plan.timetable.late
-            and np.array_equal(other.plan.timetable.rows, self.plan.timetable.rows)
+            and same_timetable(other.plan.timetable, self.run.plan.timetable)
             and _functions(other) == _functions(self.run)
             and same_computers(other.plan.computer, self.run.plan.computer)
             and same_allocation(other.plan.allocation, self.run.plan.allocation)

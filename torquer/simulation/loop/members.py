@@ -11,8 +11,7 @@ import numpy as np
 from numba.extending import overload
 
 from torquer.base.noise import normal3
-from torquer.compile.arguments import whole
-from torquer.compile.engine import LOOP_OPTIONS, inlined
+from torquer.compile.engine import LOOP_OPTIONS, inlined, whole
 from torquer.compile.lanes import LaneLayout, Rows, lane_maker, lane_plant, lane_state
 from torquer.compile.numba_private import INLINED_OPTIONS
 from torquer.spacecraft.sensors.device import MOST_UNITS

@@ -7,11 +7,8 @@ one of order 5 its difference from order 4.
 import math
 from typing import NamedTuple
 
-from numba import types
-from numba.extending import overload
-
 from torquer.compile.engine import inlined
-from torquer.compile.numba_private import INLINED_OPTIONS
+from torquer.compile.when_compiling import when_compiling
 from torquer.maths.geometry.motion import Motion
 from torquer.maths.geometry.quaternion import normalise
 from torquer.maths.geometry.vec3 import add, add_scaled, dot
@@ -148,11 +145,18 @@ def environment_of(tables, stage):
     return environment_at(tables, stage) if isinstance(stage, float) else stage
 
 
-@overload(environment_of, jit_options=INLINED_OPTIONS)
-def _choose_environment(tables, stage):
-    if isinstance(stage, types.Float):
-        return lambda tables, stage: environment_at(tables, stage)
-    return lambda tables, stage: stage
+@when_compiling
+def _overload() -> None:
+    from numba import types
+    from numba.extending import overload
+
+    from torquer.compile.numba_private import INLINED_OPTIONS
+
+    @overload(environment_of, jit_options=INLINED_OPTIONS)
+    def choose(tables, stage):
+        if isinstance(stage, types.Float):
+            return lambda tables, stage: environment_at(tables, stage)
+        return lambda tables, stage: stage
 
 
 @inlined

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numba.extending import overload
 
-from torquer.compile.arguments import Entry, entry_caller, record_at, whole
-from torquer.compile.engine import called, inlined, kernel
+from torquer.compile.arguments import Entry, entry_caller, record_at
+from torquer.compile.engine import called, inlined, kernel, whole
 from torquer.compile.numba_private import INLINED_OPTIONS
 from torquer.environment.table import lookup6
 from torquer.maths.geometry.quaternion import rotate_inverse

@@ -23,6 +23,7 @@ from torquer.maths.geometry.frames import geodetic_from_ecef
 from torquer.scenario.resolution import part_damped
 from torquer.scenario.spec import Scenario
 from torquer.simulation.loop.state import Record, State, find_arrays
+from torquer.simulation.results.flown import flown_scenario as flown_scenario
 from torquer.simulation.results.variables import (
     ADAPTIVE,
     COILS,
@@ -304,11 +305,6 @@ def digest_result(result: xr.Dataset) -> str:
     for name in ("parts", "uplinked"):
         digest.update(str(result.attrs.get(name, "")).encode())
     return digest.hexdigest()
-
-
-def flown_scenario(result: xr.Dataset) -> Scenario:
-    """The scenario that was flown, its laws named in it."""
-    return Scenario.model_validate_json(result.attrs["scenario"])
 
 
 def law_attributes(run: Run) -> dict[str, str]:
