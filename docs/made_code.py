@@ -88,7 +88,7 @@ class Row:
     @property
     def sender(self) -> str:
         """What hands a reading to the computer."""
-        return f"{'send' if self.late else 'put'}{self.count}"
+        return f"send{self.count}"
 
     def size_of(self, names: tuple[str, ...]) -> str:
         """The greatest of some of its constants."""

@@ -15,7 +15,7 @@ from torquer.spacecraft.failures import DirectionFailure
 from torquer.spacecraft.sensors.device import Device
 from torquer.spacecraft.sensors.sampling import Sampled
 
-STREAM = 16
+STREAM = 53
 
 
 class LimbCameraSet(NamedTuple):

@@ -116,6 +116,21 @@ def test_errors_of_sensors_that_nothing_reads_do_not_act(make):
     assert not {"gyro_noise", "sun_sensors_noise"} & names(acting_causes(found))
 
 
+def test_errors_of_a_search_coil_act_where_a_law_reads_it(make):
+    keys = {"noise_nt_s": 20.0, "bias_nt_s": [5, 0, 0], "resolution_nt_s": 3.0, "range_nt_s": 1e4,
+            "scale_error": [0.1, 0, 0], "misalignment_deg": [1, 0, 0], "sample_s": 2.0}  # fmt: skip
+    found = {
+        kind: names(acting_causes(make({
+            "control.law": {"kind": kind, "gain_a_m2_s_per_t": 1e4}, "spacecraft.search_coil": keys,
+        })))
+        for kind in ("bdot", "bdot_derivative")
+    }  # fmt: skip
+    assert found["bdot_derivative"] - found["bdot"] == {
+        f"search_coil_{each}"
+        for each in ("noise", "bias", "resolution", "range", "scale", "mounting", "times")
+    }
+
+
 def test_each_of_several_sensors_has_causes_of_its_own(held):
     both = {"first": {"noise_deg": 0.1}, "second": {"noise_deg": 0.2, "error_deg": [0.1, 0, 0]}}
     found = names(acting_causes(held({"spacecraft.star_trackers": both})))

@@ -205,11 +205,11 @@ VARIED = [
     ({"orbit.raan": {"values": [1.0]}},
      '."orbit.raan": must be a known key; received 1.0 (did you mean raan_deg?)'),
     ({"orbit.raan.x": {"values": [1]}},
-     ": members must be scenarios that can be flown; received orbit.raan: must be a table to "
-     "change a key in it; received no such key (did you mean raan_deg?)"),
+     '."orbit.raan.x": orbit.raan: must be a table to change a key in it; received no such key '
+     "(did you mean raan_deg?)"),
     ({"spacecraft.wheels.lost": {"values": [[0]]}},
-     ": members must be scenarios that can be flown; received spacecraft.wheels: must be a table "
-     "to change a key in it; received none: the whole of it must be given"),
+     '."spacecraft.wheels.lost": spacecraft.wheels: must be a table to change a key in it; '
+     "received none: the whole of it must be given"),
     *(({key: {"values": [1]}}, f'.{json.dumps(key)}: must be a key of the scenario, written like '
        f"spacecraft.coils.limit_a_m2[0]; received {key!r}")
       for key in ("", "orbit..raan_deg", "orbit[raan_deg]", "orbit.raan_deg.", "orbit/raan_deg",

@@ -108,13 +108,17 @@ def test_steps_that_vary_have_the_checks_of_all(make):
 @flown
 @pytest.mark.parametrize("sample_s, faster", [(1.0, True), (0.25, False)])
 def test_bodies_that_coils_spin_up_are_told(make, sample_s, faster):
+    limit = "brakes rotation up to 90 deg/s"
     scenario = make({**FAST, "control.sample_s": sample_s})
     varied = {"initial.attitude": "uniform"}
     campaign = campaign_from_data({**RATES, "runs": 3, "vary": varied, "success": {}}, scenario)
-    summary = campaign_summary(torquer.fly_campaign(scenario, campaign, workers=1))
+    result = torquer.fly_campaign(scenario, campaign, workers=1)
+    summary = campaign_summary(result)
     assert summary["checks"]["spun_up"]["count"] == 3 * faster
+    slow = result.assign({column("last_rate_deg_s"): 0.1 * result[column("last_rate_deg_s")]})
+    text = dict(check_rows(campaign_summary(slow))).get("Spun up", "deg/s")
+    assert text.endswith("deg/s") and limit not in text  # far below it explains nothing
     told = dict(check_rows(summary)).get("Spun up", "")
-    limit = "brakes rotation up to 90 deg/s"
     assert told.startswith("3 of 3 members rotate faster") and limit in told if faster else not told
     notes = [*spin_up_notes(torquer.simulate(member_scenario(scenario, campaign, 0)))]
     assert len(notes) == faster and all(limit in note for note in notes)
@@ -169,7 +173,7 @@ def test_the_orbital_rotation_and_what_a_dipole_lends_are_no_growth(make):
 
 def test_the_limit_is_that_of_differences_of_readings(make):
     scenario = make({"control.sample_s": 0.25, "simulation.step_s": 0.25})
-    assert limit_text(scenario).endswith("brakes rotation up to 360 deg/s")
+    assert limit_text(scenario, 400.0).endswith("brakes rotation up to 360 deg/s")
 
 
 def test_no_column_is_an_outcome():

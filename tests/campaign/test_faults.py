@@ -9,9 +9,15 @@ import pytest
 from torquer import load_scenario, simulate
 from torquer.analysis.goals import find_goals
 from torquer.analysis.notes.fault_notes import unnoticed_faults
-from torquer.campaign.faults.contents import as_plain, fault_dataset, fault_table
+from torquer.campaign.faults.contents import (
+    as_plain,
+    counts_in_words,
+    fault_dataset,
+    fault_table,
+)
 from torquer.campaign.faults.fly import choose_faults, fly_faults
 from torquer.campaign.faults.kinds import find_faults
+from torquer.campaign.faults.pairs import fly_pairs
 from torquer.campaign.faults.strikes import strikes_in, without_guards
 from torquer.campaign.faults.verdict import (
     DEGRADED,
@@ -243,3 +249,43 @@ def test_messages_after_the_flight_without_a_fault(safe_mode):
     broken = broken.replace("disturbance", {"constant_torque_n_m": [1.0, 0.0, 0.0]})  # spun up
     with pytest.raises(ValueError, match="scenario: must fly to its end without a fault; received"):
         fly_faults(broken)
+
+
+#: A tumbling body that B-dot brakes within the run, and which fixed steps of RK4 damp themselves.
+BRAKED = {
+    "spacecraft.body.inertia_kg_m2": [0.02, 0.02, 0.004], "spacecraft.coils.limit_a_m2": 0.2,
+    "initial.rate_deg_s": [2.0, 0.0, 25.0],
+    "control": {"law": {"kind": "bdot", "gain_a_m2_s_per_t": 2e4}, "sample_s": 1.0},
+    "simulation": {"duration_s": 1800.0, "step_s": 1.0, "record_s": 10.0},
+}  # fmt: skip
+
+
+@needs_jit
+def test_a_condition_ends_no_flight_with_a_fault(make):
+    """What comes after it would be judged by nobody, and strikes after it would be none."""
+    ends = {"simulation.end_when": {"signal": "rate_deg_s", "below": 24.0}}
+    whole, same = (
+        fly_faults(make({**BRAKED, **more}), ["coil 0"], [1200.0], workers=1) for more in ({}, ends)
+    )
+    assert same.nominal.ended == "" and same.rows == whole.rows
+    assert same.scenario.simulation.end_when is None
+    two, pairs = (
+        fly_pairs(make({**BRAKED, **more}), 2, ["coil"], workers=1).rows for more in ({}, ends)
+    )
+    assert two == pairs
+
+
+@needs_jit
+def test_what_steps_did_is_told_beside_the_verdicts(make):
+    found = fly_faults(make(BRAKED), ["coil 0 dead"], [600.0], workers=1)
+    note = "the steps of RK4 damped up to "
+    assert found.nominal.steps.startswith(note)
+    lines = counts_in_words(found)
+    assert lines[-2].startswith(f"Without a fault {note}")
+    assert lines[-1].startswith(f"In 1 of 1 flights with faults, one of them: {note}")
+    assert as_plain(found)["flights"][0]["steps"].startswith(note)
+    assert as_plain(found)["without_fault"]["steps"] == found.nominal.steps
+    fine = fly_faults(
+        make({**BRAKED, "simulation.step_s": 0.1}), ["coil 0 dead"], [600.0], workers=1
+    )
+    assert fine.nominal.steps == "" and len(counts_in_words(fine)) == len(lines) - 2

@@ -5,7 +5,7 @@ import pytest
 from memory_peak import peak_of
 from tip_off import SCENARIO, campaign
 
-from torquer.campaign import fleet
+from torquer.campaign import alone as alone_, along
 from torquer.campaign.fleet import Fleet
 from torquer.compile import engine
 from torquer.scenario.change import with_values
@@ -88,8 +88,8 @@ def test_members_have_the_same_bits_in_whatever_parts_they_are_taken(kind, monke
             assert np.isfinite(whole[0].outcomes["mean_after_s"]).all()
             assert_same(whole[0], whole[-1])
             patch.setattr(group, "RECORDS", 7)
-            patch.setattr(fleet, "RECORDS", 7)
-            patch.setattr(fleet, "PARTS", 2)
+            patch.setattr(alone_, "RECORDS", 7)
+            patch.setattr(along, "PARTS", 2)
             patch.setattr(group, "PIECES", 2)
             for alone, expected in zip(ways, whole, strict=True):
                 assert_same(fly(scenario, made, alone), expected)
@@ -108,11 +108,11 @@ def test_the_last_record_may_come_before_the_end(monkeypatch):
 def test_memory_does_not_grow_with_the_length(alone, monkeypatch):
     """Of four times as many records; their motion alone would be 1.3 MB more a batch."""
     monkeypatch.setattr(group, "RECORDS", 64)
-    monkeypatch.setattr(fleet, "RECORDS", 64)
+    monkeypatch.setattr(alone_, "RECORDS", 64)
     monkeypatch.setattr(size, "_PIECE_ROWS", 128)
     monkeypatch.setattr(group, "PIECES", 2)
-    monkeypatch.setattr(fleet, "FOUND_AT_ONCE", 64)
-    monkeypatch.setattr(fleet, "PARTS", 4)
+    monkeypatch.setattr(along, "FOUND_AT_ONCE", 64)
+    monkeypatch.setattr(along, "PARTS", 4)
     peaks = []
     for duration_s in (10240.0, 10240.0, 40960.0):  # the first one compiles
         scenario = with_values(scenario_of("rk4"), {"simulation.duration_s": duration_s})

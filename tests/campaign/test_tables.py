@@ -9,8 +9,9 @@ from tip_off import SCENARIO, TABLE
 
 import torquer
 from torquer.campaign.contents import groups_in
+from torquer.campaign.files import code_named
 from torquer.campaign.fly import OneByOne
-from torquer.campaign.load import campaign_from_data, code_named, load_campaign
+from torquer.campaign.load import campaign_from_data, load_campaign
 from torquer.campaign.notes import campaign_notes
 from torquer.campaign.sampling import draw, draw_values, member_scenario
 from torquer.campaign.spec import Campaign

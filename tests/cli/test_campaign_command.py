@@ -43,6 +43,29 @@ def test_a_campaign_writes_its_files(call, campaign_file, tmp_path):
 
 
 @needs_jit
+def test_a_page_and_figures_are_written_beside_the_report(call, campaign_file, tmp_path):
+    out = tmp_path / "out"
+    code, printed, err = call(
+        "campaign", campaign_file, "--out", out, "--page", "--figure", "paper"
+    )
+    assert (code, err) == (0, "")
+    assert printed.rstrip().endswith(
+        f"{out}: campaign.nc, summary.json, report.html, page.pdf, plots/, paper/"
+    )
+    assert (out / "page.pdf").read_bytes().startswith(b"%PDF-")
+    names = {file.name for file in out.iterdir()}
+    assert names == {"campaign.nc", "summary.json", "report.html", "page.pdf", "plots", "paper"}
+    assert {file.suffix for file in (out / "paper").iterdir()} >= {".pdf"}
+
+
+@pytest.mark.parametrize("option", [("--page",), ("--figure", "paper"), ("--plots",)])
+def test_a_member_alone_needs_a_report_for_its_pictures(call, option):
+    code, _, err = call("campaign", "any.toml", "--member", 1, *option, "--no-report")
+    assert code == 2
+    assert err == f"error: {option[0]}: must not be given with --no-report; received both\n"
+
+
+@needs_jit
 def test_a_member_flies_alone_to_the_same_end(call, campaign_file, no_report, tmp_path):
     out = tmp_path / "out"
     assert call("campaign", campaign_file, "--out", out, "--no-report")[0] == 0
@@ -261,6 +284,7 @@ def test_a_campaign_of_which_nothing_is_left_is_no_success(
     code, printed, err = call("campaign", scenario, "--out", out, "--no-report")
     assert (code, err) == (expected, "")
     assert "RK4" in printed
+    assert ("no member has a value" in printed) == (expected == 1) and "mean of 0" not in printed
     again = ("--out", out, "--no-report", "--overwrite", "--json")
     code, printed, _ = call("campaign", scenario, *again)
     found = json.loads(printed)

@@ -105,7 +105,9 @@ def test_nothing_is_drawn_of_members_that_all_never_settle(tmp_path):
     result = artificial(20)
     result["settling_s"][:] = np.nan
     rows = dict(summary_rows(campaign_summary(result)))
-    assert rows["settling_s [s]"].startswith("mean of 0 of 20 missing; restricted mean (at most")
+    assert rows["settling_s [s]"].startswith(
+        "mean unknown: no member has a value; restricted mean (at most"
+    )
     names = {path.stem for path in write_campaign_report(result, tmp_path)}
     assert "distribution_settling_s" not in names and "convergence" in names
 

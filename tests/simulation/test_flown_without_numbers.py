@@ -32,6 +32,7 @@ AXES = [[1, 0, 0], [0, 1, 0], [0, 0, 1], [-1, 0, 0], [0, -1, 0], [0, 0, -1]]
 #: Sensors that may fail, with errors that are drawn at every reading.
 SENSORS = {
     "magnetometer": {"noise_nt": 50.0},
+    "search_coil": {"noise_nt_s": 20.0},
     "gyro": {"noise_deg_s": 0.01, "bias_drift_deg_s_sqrt_s": 1e-4},
     "sun_sensors": {"axes": AXES, "half_field_deg": 60.0, "noise_deg": 0.1},
     "attitude_sensor": {"noise_deg": 0.05},
@@ -50,7 +51,8 @@ ON_WHEELS = (
 #: What a law declares that takes a sensor.
 NEED = {
     "magnetometer": "magnetometer", "gyro": "rate", "sun_sensors": "sun",
-    "attitude_sensor": "attitude", "horizon_sensor": "horizon", "sun_cells": "sun_cells",
+    "search_coil": "search_coil", "attitude_sensor": "attitude", "horizon_sensor": "horizon",
+    "sun_cells": "sun_cells",
 }  # fmt: skip
 NOISE = {"magnetometer_noise_nt": 50.0, "sun_noise_deg": 0.1}
 STARS = {"star_tracker_noise_deg": 0.05, "horizon_noise_deg": 0.2, "cell_noise": 0.02,

@@ -18,6 +18,7 @@ pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes
 RUN = {"duration_s": 60.0, "step_s": 1.0, "record_s": 1.0}
 READINGS = {
     "magnetometer": ("b_body_t", "magnetometer_s"),
+    "search_coil": ("b_rate_body_t_s", "search_coil_s"),
     "gyro": ("omega_body_rad_s", "gyro_s"),
     "sun_sensors": ("sun_body", "sun_sensors_s"),
     "attitude_sensor": ("q_body_to_inertial", "attitude_sensor_s"),
@@ -27,6 +28,7 @@ READINGS = {
 #: What each sensor needs besides, and some errors that are drawn at every reading.
 KEYS = {
     "magnetometer": {"noise_nt": 50.0},
+    "search_coil": {"noise_nt_s": 20.0},
     "gyro": {"noise_deg_s": 0.1, "bias_drift_deg_s_sqrt_s": 0.01},
     "sun_sensors": {"axes": [[0, 0, 1]], "half_field_deg": 180.0, "noise_deg": 0.5},
     "attitude_sensor": {"noise_deg": 0.5},
@@ -131,7 +133,7 @@ def test_a_sensor_with_wrong_axes(make, sound, sensor, delay, name):
 
 def errors_of(sensor, found, healthy):
     """Errors that a failure adds: differences; of directions and attitudes angles [deg]."""
-    if sensor in ("magnetometer", "gyro"):
+    if sensor in ("magnetometer", "search_coil", "gyro"):
         return found - healthy
     cosine = np.abs(np.sum(found * healthy, axis=1)).clip(max=1.0)
     return np.degrees((2.0 if sensor == "attitude_sensor" else 1.0) * np.arccos(cosine))[:, None]
@@ -139,7 +141,7 @@ def errors_of(sensor, found, healthy):
 
 #: Unit of each sensor's errors in its keys, and in SI or degrees.
 UNITS = {
-    "magnetometer": ("nt", 1e-9), "gyro": ("deg_s", np.radians(1.0)),
+    "magnetometer": ("nt", 1e-9), "search_coil": ("nt_s", 1e-9), "gyro": ("deg_s", np.radians(1.0)),
     "sun_sensors": ("deg", 1.0), "attitude_sensor": ("deg", 1.0), "horizon_sensor": ("deg", 1.0),
 }  # fmt: skip
 

@@ -6,10 +6,12 @@ from integrators import INTEGRATORS
 from scipy.spatial.transform import Rotation
 
 from torquer import Law, ScenarioError, resume, simulate
+from torquer.analysis.spin_up import limit_text
 from torquer.compile import engine
 from torquer.simulation.lanes.group import why_not_in_lanes
 from torquer.simulation.setup.run import prepare
 from torquer.simulation.setup.size import estimate_size
+from torquer.theory.averaged.sampling import sampling_by_differences
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 
@@ -119,6 +121,31 @@ def test_a_pulse_that_comes_later_brakes_less(make):
         changed[place] = np.linalg.norm(omega[-1]) - np.linalg.norm(omega[0])
     assert changed["begin"] < 0.0 < changed["end"]
     assert changed["begin"] < changed["middle"] < changed["end"]
+
+
+@pytest.mark.parametrize(
+    ("place", "limit_deg_s"), [("begin", 180.0), ("middle", 90.0), ("end", 60.0)]
+)
+def test_short_pulses_brake_up_to_the_limit_of_their_place(make, place, limit_deg_s):
+    """Below it they brake, above it they drive; whole periods brake up to 90 deg/s."""
+    changed = []
+    for part in (0.93, 1.07):
+        rate = part * limit_deg_s
+        scenario = make({
+            "spacecraft.coils": {"limit_a_m2": 50.0, "pwm_period_s": 1.0, "pwm_place": place},
+            "spacecraft.body.inertia_kg_m2": [0.01, 0.01, 0.01],
+            "initial.rate_deg_s": [0.0, 0.0, rate],
+            "control": {"law": {"kind": "bdot", "gain_a_m2_s_per_t": 3e3}, "sample_s": 1.0},
+            "simulation": {"duration_s": 100.0, "record_s": 10.0},
+        })  # fmt: skip
+        omega = simulate(scenario)["omega_body"].values
+        changed.append(np.linalg.norm(omega[-1]) - np.linalg.norm(omega[0]))
+    assert changed[0] < 0.0 < changed[1]
+    whole, short = sampling_by_differences(scenario).limits_rad_s
+    assert np.degrees([whole, short]) == pytest.approx([90.0, limit_deg_s])
+    text = limit_text(scenario, limit_deg_s)
+    assert ("by short pulses" in text) == (place != "middle")
+    assert text.endswith("up to 90 deg/s" if place == "middle" else f"up to {limit_deg_s:g} deg/s")
 
 
 def test_the_energy_is_the_share_of_time_times_the_power_at_the_limit(make):

@@ -59,7 +59,7 @@ OF_KEYS = (
     ("friction", PERIODIC, FRICTION,
      ("stiction_n_m", "coulomb_friction_n_m", "viscous_friction_n_m_s")),
     ("failures", PERIODIC, GAPS, ("failures", "lost", "polarity")),
-    ("range", PERIODIC, RANGE, ("range_nt", "range_deg_s")),
+    ("range", PERIODIC, RANGE, ("range_nt", "range_nt_s", "range_deg_s")),
     ("missing readings", PERIODIC, GAPS,
      ("rate_limit_deg_s", "sun_exclusion_deg", "moon_exclusion_deg", "earth_exclusion_deg")),
     ("times", PERIODIC, SAMPLING, ("sample_s", "delay_s", "lag_s", "pwm_period_s", "pwm_place")),

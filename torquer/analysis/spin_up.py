@@ -11,7 +11,6 @@ from torquer.scenario.mission import ORBITAL_RATES
 from torquer.scenario.spec import Scenario
 from torquer.simulation.results.dataset import flown_scenario
 from torquer.theory.averaged.sampling import sampling_by_differences
-from torquer.theory.slow.gains import sampling_limit_rad_s
 
 #: Part of a run, at its end, in which the energy must not come down again.
 LAST = 0.1
@@ -21,6 +20,8 @@ _MOST = 5000
 _GROWN = 1.1
 #: Part of the limit of sampled control from which on it may be the reason.
 _NEAR = 0.5
+#: Where a pulse stands in its period, in words.
+PLACE_WORDS = {"begin": "at the beginning", "middle": "in the middle", "end": "at the end"}
 #: The greatest field in low orbit [T].
 _GREATEST_FIELD_T = 6e-5
 
@@ -64,20 +65,23 @@ def spin_up_notes(result: xr.Dataset) -> Iterator[str]:
     began, least = (rotation_energy_j(scenario, each).min() for each in (first, last))
     if has_grown(scenario, began, least):
         rates = [math.degrees(np.linalg.norm(each)) for each in (first[0], last[-1])]
-        near = rates[1] > _NEAR * _limit_deg_s(scenario)
+        limit = limit_text(scenario, rates[1])
         yield (
             f"the body rotates faster at the end, {rates[1]:.4g} deg/s, than at the start, "
-            f"{rates[0]:.4g} deg/s, while the coils worked" + f"; {limit_text(scenario)}" * near
+            f"{rates[0]:.4g} deg/s, while the coils worked" + f"; {limit}" * bool(limit)
         )
 
 
-def limit_text(scenario: Scenario) -> str:
-    """Up to which rotation control that is sampled as in a scenario brakes."""
+def limit_text(scenario: Scenario, rate_deg_s: float) -> str:
+    """Up to which rotation control that is sampled as in a scenario brakes; "" for a rate far below
+    that, which it does not explain."""
+    sampling = sampling_by_differences(scenario)
+    if not rate_deg_s > _NEAR * math.degrees(sampling.limit_rad_s):
+        return ""
+    whole, short = map(math.degrees, sampling.limits_rad_s)
+    at = PLACE_WORDS[scenario.spacecraft.coils.pwm_place]
+    pulses = f", by short pulses {at} of each period up to {short:.3g} deg/s"
     return (
         "a law that takes differences of readings, sampled as here, brakes rotation up to "
-        f"{_limit_deg_s(scenario):.3g} deg/s"
+        f"{whole:.3g} deg/s{pulses * (short != whole)}"
     )
-
-
-def _limit_deg_s(scenario: Scenario) -> float:
-    return math.degrees(sampling_limit_rad_s(*sampling_by_differences(scenario).times))

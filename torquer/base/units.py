@@ -68,6 +68,8 @@ UNITS = {
     "mt": Unit("mT", "field", 1e-3),
     "ut": Unit("uT", "field", 1e-6),
     "nt": Unit("nT", "field", 1e-9),
+    "nt_s": Unit("nT/s", "rate of a field", 1e-9),
+    "t_s": Unit("T/s", "rate of a field", 1.0),
     "gauss": Unit("gauss", "field", 1e-4),
     "a_m2": Unit("A m^2", "dipole", 1.0),
     "ma_m2": Unit("mA m^2", "dipole", 1e-3),

@@ -59,6 +59,7 @@ RANGES = {
     "ohm": Range(1e-9, 1e12),
     "t": Range(1e-15, 1e3),
     "nt": Range(1e-9, 1e12),  # 1e-18 T is below any magnetometer; 1000 T is above any field
+    "nt_s": Range(1e-9, 1e12),
     "nt_per_a_m2": Range(1e-9, 1e12),
     "t_km3": Range(1e-9, 1e15),  # the Sun has 1e14
     "w": Range(1e-12, 1e12),

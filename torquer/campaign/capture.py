@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from torquer.campaign.checks import column
 from torquer.campaign.fly import fly_campaign
 from torquer.campaign.spec import Campaign
 from torquer.campaign.statistics import Interval, quantile, rate_interval
@@ -22,7 +23,8 @@ _STEP_S = 2.0
 class Capture:
     """`captured` of `runs` starts stay within `within_deg` of the wanted attitude over the last of
     `revolutions`; `interval` of that rate (95 %); median time to get there [s], infinite if
-    fewer than half do; `error_deg`: median of the mean errors over the last revolution."""
+    fewer than half do; `error_deg`: median of the mean errors over the last revolution; `damping`,
+    `lag_deg`: what the steps of RK4 did by themselves, the most of all starts."""
 
     runs: int
     captured: int
@@ -31,6 +33,8 @@ class Capture:
     revolutions: float
     median_s: float
     error_deg: float
+    damping: float = 0.0
+    lag_deg: float = 0.0
 
 
 def capture(
@@ -74,6 +78,7 @@ def captured_by(
         runs, captured, rate_interval(captured, runs), within_deg, revolutions,
         quantile(flown.settling_s.values, 0.5),
         quantile(np.where(np.isnan(error_deg), 180.0, error_deg), 0.5),
+        *(float(flown[column(name)].max()) for name in ("rk4_damping", "rk4_lag_deg")),
     )  # fmt: skip
 
 

@@ -17,8 +17,9 @@ from torquer.scenario.resolution import QUIET_DAMPING, QUIET_LAG_DEG, TAKE_SHORT
 from torquer.scenario.spec import Scenario
 from torquer.simulation.results.dataset import flown_scenario
 
-#: Which members were spun up: 1, else 0. When the scenario's condition ended a flight.
-SPUN_UP, ENDED_S = "spun_up", "ended_s"
+#: Which members were spun up: 1, else 0; rates at the end. When the scenario's condition ended a
+#: flight.
+SPUN_UP, LAST_RATE, ENDED_S = "spun_up", "last_rate_deg_s", "ended_s"
 
 
 class Check(NamedTuple):
@@ -58,6 +59,7 @@ CHECKS: Mapping[str, Check] = {
 #: Columns of a campaign with checks: unit and meaning by name.
 MEANINGS = {
     SPUN_UP: ("", "whether it rotates faster for good than at the start, the coils alone working"),
+    LAST_RATE: ("deg/s", "rate of rotation at the last record"),
     ENDED_S: ("s", "time at which the condition of the scenario ended the flight; NaN: it did not"),
     **{name: (check.unit, check.meaning) for name, check in CHECKS.items()},
 }
@@ -73,7 +75,7 @@ def checks_for(scenario: Scenario, varied: Sequence[str]) -> list[str]:
     any_steps = "simulation.integrator" in varied
     steps = scenario.simulation.integrator
     found = [name for name, each in CHECKS.items() if any_steps or each.integrator == steps]
-    found += [SPUN_UP] if may_be_spun_up(scenario) else []
+    found += [SPUN_UP, LAST_RATE] if may_be_spun_up(scenario) else []
     ends = scenario.simulation.end_when is not None
     return [*found, ENDED_S] if ends or "simulation.end_when" in varied else found
 
@@ -94,6 +96,7 @@ class Rotation:
         self._scenario, self._late_s = scenario, (1.0 - LAST) * length_s
         self._is_asked = may_be_spun_up(scenario)
         self._first, self._least = np.full(count, np.nan), np.full(count, np.inf)
+        self._last_deg_s = np.full(count, np.nan)
 
     def add(self, rows: slice, flown: Flown) -> None:
         """Go on with some members at the records that come next."""
@@ -102,16 +105,21 @@ class Rotation:
         first, late = self._first[rows], flown.t_s >= self._late_s
         if np.isnan(first).any():
             first[:] = rotation_energy_j(self._scenario, flown.omega_body[0])
+        self._last_deg_s[rows] = np.degrees(np.linalg.norm(flown.omega_body[-1], axis=-1))
         if late.any():
             energy = rotation_energy_j(self._scenario, flown.omega_body[late])
             self._least[rows] = np.minimum(self._least[rows], energy.min(axis=0))
 
     def spun_up(self) -> dict[str, np.ndarray]:
-        """Which members were spun up (n,), as 1 and 0; nothing where it is not asked."""
+        """Which members were spun up (n,), as 1 and 0, and rates at the end.
+
+        Nothing where it is not asked.
+        """
         if not self._is_asked:
             return {}
         grown = has_grown(self._scenario, self._first, self._least)
-        return {SPUN_UP: np.where(np.isfinite(self._least), grown, np.nan)}
+        known = np.where(np.isfinite(self._least), grown, np.nan)
+        return {SPUN_UP: known, LAST_RATE: self._last_deg_s}
 
 
 # ------------------------------------------------------------------ in the summary
@@ -142,7 +150,9 @@ def _spun_up(result: xr.Dataset, members: np.ndarray) -> dict | None:
         return None
     rows = np.flatnonzero(result[column(SPUN_UP)].values == 1.0)
     named = [int(member) for member in members[rows[:NAMED]]]
-    return {"count": len(rows), "members": named, "limit": limit_text(flown_scenario(result))}
+    fastest = float(result[column(LAST_RATE)].values[rows].max(initial=0.0))
+    limit = limit_text(flown_scenario(result), fastest)
+    return {"count": len(rows), "members": named, "fastest_deg_s": fastest, "limit": limit}
 
 
 def _ended_early(result: xr.Dataset) -> dict | None:
@@ -172,7 +182,8 @@ def check_rows(summary: dict) -> list[tuple[str, str]]:
         rows.append((
             "Spun up",
             f"{spun['count']} of {summary['members']} members rotate faster at the end than at the "
-            f"start, while the coils worked ({named}); {spun['limit']}",
+            f"start, while the coils worked ({named}), at up to {spun['fastest_deg_s']:.4g} deg/s"
+            + f"; {spun['limit']}" * bool(spun["limit"]),
         ))  # fmt: skip
     ended = summary["checks"].get(ENDED_S)
     if ended and ended["count"]:

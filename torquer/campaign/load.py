@@ -1,18 +1,19 @@
 """From a TOML file to a scenario and its campaign; every mistake becomes one clear line."""
 
-import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
 
-from torquer.base.spec import Spec
 from torquer.base.user_code import OwnFile, admit, own_files
+from torquer.campaign.files import CampaignFile, admit_draws, own_draws, with_whole_paths
 from torquer.campaign.outcomes import check_outcomes
+from torquer.campaign.own_draws import RefusedDraw
 from torquer.campaign.plain import with_flat_keys
-from torquer.campaign.sampling import Drawn, as_changes, draw, draw_values
+from torquer.campaign.sampling import Drawn, as_changes, draw, draw_values, units_by_group
 from torquer.campaign.spec import Campaign
 from torquer.campaign.table import read_table, telling_rows
+from torquer.campaign.unit_numbers import unit_numbers
 from torquer.campaign.variation import ATTITUDE, Variation
 from torquer.scenario.change import with_values
 from torquer.scenario.explain import key_name, validate_tables
@@ -31,14 +32,9 @@ from torquer.scenario.spec import Scenario
 _TRIED = 8
 #: Greatest number of values of a list that are tried.
 _MOST_VALUES = 100
-#: The key of a law's file; no other key of a scenario names a file.
-_FILE = "file"
-
-
-class _File(Spec):
-    """The part of a file that is about the campaign."""
-
-    campaign: Campaign
+#: Members that a function of the user's own draws before; of them those with least and most of
+#: anything are tried.
+_DRAWN = 10_000
 
 
 def load_campaign(path) -> tuple[Scenario, Campaign]:
@@ -64,7 +60,8 @@ def campaign_from_data(table: dict, scenario: Scenario, folder: Path = Path()) -
         data = with_flat_keys(given)
     except ValueError as error:
         raise ScenarioError(f"campaign.{error}") from None
-    campaign = validate_tables(_File, {"campaign": _with_whole_paths(data, folder)}).campaign
+    campaign = validate_tables(CampaignFile, {"campaign": with_whole_paths(data, folder)}).campaign
+    admit_draws(campaign)  # executed where members are drawn, not here
     check_campaign(campaign, scenario)
     return campaign
 
@@ -74,70 +71,6 @@ def _with_table(data, folder: Path):
     if not isinstance(data, Mapping) or not isinstance(data.get("table"), str):
         return data
     return {**data, "table": read_table(Path(whole_path("campaign.table", folder / data["table"])))}
-
-
-def _with_whole_paths(data, folder: Path):
-    """A campaign's plain data with absolute paths of the files among its values."""
-
-    def whole(place: str, file) -> str:
-        return whole_path(place, folder / file)
-
-    if isinstance(data, Mapping) and isinstance(data.get("vary"), Mapping):
-        data = {**data, "vary": {k: with_files(k, v, whole) for k, v in data["vary"].items()}}
-    if isinstance(data, Mapping) and isinstance(data.get("table"), Mapping):
-        changed = {k: _listed_files(k, v, whole) for k, v in data["table"].items()}
-        data = {**data, "table": changed}
-    return data
-
-
-def code_named(campaign: Campaign) -> Iterator[tuple[str, Path]]:
-    """Places in the campaign's table that name Python files, and the files.
-
-    All values of all keys, also those that no member happens to have.
-    """
-    found: list[tuple[str, Path]] = []
-
-    def note(place: str, file):
-        found.append((place, Path(file)))
-        return file
-
-    for key, variation in campaign.vary.items():
-        with_files(key, {"values": variation.values}, note)
-    for key, values in campaign.table.items():
-        _listed_files(key, values, note)
-    yield from found
-
-
-def with_files(key: str, variation, change: Callable):
-    """Plain data of a key's variation with `change(place, file)` for each file that it names."""
-    if not isinstance(variation, Mapping) or "values" not in variation:
-        return variation
-    place = ("campaign", "vary", key, "values")
-    values = _change(variation["values"], place, _names_file(key), change)
-    return {**variation, "values": values}
-
-
-def _listed_files(key: str, values, change: Callable):
-    """Values of a key of the table with `change(place, file)` for each file that they name."""
-    return _change(values, ("campaign", "table", key), _names_file(key), change)
-
-
-def _names_file(key: str) -> bool:
-    return re.findall(r"[^.\[\]]+", key)[-1:] == [_FILE]
-
-
-def _change(value, place: tuple, is_file: bool, change: Callable):
-    """The value with the files in it changed; `is_file`: whether a text here is one."""
-    if isinstance(value, Mapping):
-        return {
-            key: _change(each, (*place, str(key)), key == _FILE, change)
-            for key, each in value.items()
-        }
-    if isinstance(value, list | tuple):
-        return [_change(each, (*place, n), is_file, change) for n, each in enumerate(value)]
-    if is_file and isinstance(value, str | Path):
-        return change(key_name(place), value)
-    return value
 
 
 def check_campaign(campaign: Campaign, scenario: Scenario) -> None:
@@ -151,15 +84,25 @@ def check_campaign(campaign: Campaign, scenario: Scenario) -> None:
         check_outcomes(campaign.outcomes, scenario)
     except ValueError as error:
         raise ScenarioError(str(error)) from None
+    if not own_draws(campaign):  # else they are executed, by `check_own_parts`
+        _check_members(campaign, scenario)
+
+
+def _check_members(campaign: Campaign, scenario: Scenario) -> None:
     for member, _ in _tried_members(campaign, scenario):
         _check_held(campaign, scenario, member)
 
 
 def check_own_parts(campaign: Campaign, scenario: Scenario) -> None:
-    """ScenarioError for a key of the user's own parts that varies and that their functions lack.
+    """ScenarioError for members that functions of the user's own draw and that cannot be flown, and
+    for a key of the user's own parts that varies and that their functions lack.
 
-    Their files are executed, if keys of them vary.
+    The files are executed: of distributions, and of parts of which keys vary.
     """
+    if own_draws(campaign):
+        admit_draws(campaign)
+        _check_draws(campaign)
+        _check_members(campaign, scenario)
     if not any(_varied(campaign, key) for key in _executed(scenario)):
         return
     for member, keys in _tried_members(campaign, scenario):
@@ -171,6 +114,29 @@ def check_own_parts(campaign: Campaign, scenario: Scenario) -> None:
                 part.check_parameters()
             except ValueError as error:
                 raise ScenarioError(_text(str(error), keys, campaign)) from None
+
+
+def _check_draws(campaign: Campaign) -> None:
+    """ScenarioError for a function that does not draw the first members, or not twice alike."""
+    members = np.arange(min(campaign.runs, _TRIED))
+    parts = units_by_group(campaign, unit_numbers(campaign, members))
+    for key, variation in campaign.vary.items():
+        if (own := variation.own_draws) is None:
+            continue
+        units = parts[variation.tied_to or key]
+        try:
+            own.check_repeats(units[:, -own.draws :])  # those of a direction come first
+        except RefusedDraw as error:
+            raise ScenarioError(str(error.of(members))) from None
+
+
+def _telling_draws(campaign: Campaign, scenario: Scenario) -> np.ndarray:
+    """Of members that functions of the user's own draw, those that have least and most."""
+    if not own_draws(campaign):
+        return np.zeros(0, np.int64)
+    drawn = draw(campaign, scenario, np.arange(min(campaign.runs, _DRAWN)))
+    own = [key for key, each in campaign.vary.items() if each.own_draws]
+    return telling_rows({key: np.asarray(drawn[key]).tolist() for key in own}, 1)
 
 
 def _executed(scenario: Scenario) -> dict[str, OwnFile]:
@@ -186,6 +152,7 @@ def _tried_members(campaign: Campaign, scenario: Scenario) -> Iterator[tuple[Sce
     """The members that are tried, and the keys that vary."""
     first = np.arange(min(_TRIED, campaign.runs))
     telling = telling_rows(campaign.table, _MOST_VALUES)
+    telling = np.append(telling, _telling_draws(campaign, scenario))
     members = np.union1d(first, telling[telling < campaign.runs])
     units = _ends(campaign)
     for drawn, named in (
@@ -215,6 +182,8 @@ def _with_its_tied(campaign: Campaign, key: str) -> list[Variation]:
 
 def _rare_ends(variations: list[Variation], rows: np.ndarray, rare: float) -> np.ndarray:
     """Unit numbers [n, unit_numbers] of variations with one draw."""
+    if any(each.own_draws for each in variations):  # only those of members are tried
+        return np.full((len(rows), variations[0].unit_numbers), 0.5)
     lists = [len(each.values) for each in variations if each.values is not None]
     if lists:
         return (rows % lists[0] + 0.5) / lists[0]
@@ -243,18 +212,28 @@ def _member(
 def _text(line: str, keys: list[str], campaign: Campaign, member: int | None = None) -> str:
     """A line about a member's scenario, led by the key that varies if it is about one.
 
-    Of a key in the table it ends with the member.
+    Of a key in the table, or of one that a function draws, it ends with the member.
     """
     about, _, rest = line.partition(": ")
     for key in sorted(keys, key=len, reverse=True):
         changed = "initial.quaternion" if key == ATTITUDE else key
         if about == changed or about.startswith((f"{changed}.", f"{changed}[")):
-            tables = (name for name in ("table", "vary") if key in getattr(campaign, name))
-            table = next(tables, "correlated")
-            of = f" (member {member})" if table == "table" and member is not None else ""
+            table = _table_of(campaign, key)
+            own = campaign.vary[key].own_draws if table == "vary" else None
+            by = f"{own.function_in_words()}, " if own else ""
+            is_named = (by or table == "table") and member is not None
+            of = f" ({by}member {member})" if is_named else ""
             return f"{key_name(('campaign', table, key))}{about.removeprefix(changed)}: {rest}{of}"
+        if changed.startswith(f"{about}.") and about not in keys:  # of a table that is not there
+            return f"{key_name(('campaign', _table_of(campaign, key), key))}: {line}"
     table = "vary" if campaign.vary or not campaign.table else "table"
     return f"campaign.{table}: members must be scenarios that can be flown; received {line}"
+
+
+def _table_of(campaign: Campaign, key: str) -> str:
+    """Where in the campaign a key varies."""
+    tables = (name for name in ("table", "vary") if key in getattr(campaign, name))
+    return next(tables, "correlated")
 
 
 def _check_held(campaign: Campaign, scenario: Scenario, member: Scenario) -> None:

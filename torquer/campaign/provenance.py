@@ -18,7 +18,7 @@ import numpy as np
 
 from torquer.base.user_code import own_files
 from torquer.base.user_source import mark_with_imports
-from torquer.campaign.load import code_named
+from torquer.campaign.files import code_named
 from torquer.campaign.spec import Campaign
 from torquer.compile.sources import PACKAGE, are_edited, mark_files
 from torquer.scenario.spec import Scenario

@@ -8,6 +8,7 @@ import numpy as np
 
 from torquer.base.validate import finite
 from torquer.campaign.changes import CHANGES
+from torquer.campaign.own_draws import RefusedDraw
 from torquer.campaign.spec import Campaign
 from torquer.campaign.table import listed
 from torquer.campaign.unit_numbers import (
@@ -31,15 +32,18 @@ def draw(campaign: Campaign, scenario: Scenario, members) -> Drawn:
     They do not depend on which members are asked for together. For "initial.attitude" they are
     quaternions (x, y, z, w). `values` and times come as lists, all others as arrays.
     """
-    of_table = listed(campaign.table, checked_members(members, campaign.rows))
-    return of_table | draw_values(campaign, scenario, unit_numbers(campaign, members))
+    members = checked_members(members, campaign.rows)
+    try:
+        drawn = draw_values(campaign, scenario, unit_numbers(campaign, members))
+    except RefusedDraw as error:
+        raise error.of(members) from None
+    return listed(campaign.table, members) | drawn
 
 
 def draw_values(campaign: Campaign, scenario: Scenario, units: np.ndarray) -> Drawn:
     """Values of each key that is drawn, from unit numbers [n, campaign.unit_numbers]."""
     drawn: Drawn = {}
-    groups = campaign.groups  # without any the numbers are one empty part
-    parts = dict(zip(groups, _split(units, groups.values()), strict=False))
+    parts = units_by_group(campaign, units)
     for key, variation in campaign.vary.items():
         with np.errstate(over="ignore"):  # the scenario refuses what is not finite
             drawn[key] = _values(variation, parts[variation.tied_to or key])
@@ -53,6 +57,12 @@ def draw_values(campaign: Campaign, scenario: Scenario, units: np.ndarray) -> Dr
         else:
             _change(drawn, together, rows, scenario)
     return drawn
+
+
+def units_by_group(campaign: Campaign, units: np.ndarray) -> dict[str, np.ndarray]:
+    """Unit numbers [n, campaign.unit_numbers] in parts, by what belongs together."""
+    groups = campaign.groups  # without any the numbers are one empty part
+    return dict(zip(groups, _split(units, groups.values()), strict=False))
 
 
 def _split(columns: np.ndarray, counts: Iterable[int]) -> list[np.ndarray]:
@@ -174,8 +184,17 @@ def _direction(variation: Variation, units: np.ndarray) -> np.ndarray:
     z, azimuth = 2.0 * units[:, 0] - 1.0, 2.0 * np.pi * units[:, 1]
     across = np.sqrt((1.0 - z) * (1.0 + z))
     directions = np.column_stack([across * np.cos(azimuth), across * np.sin(azimuth), z])
-    lengths = np.asarray(_values(variation.magnitude, units[:, 2:]), dtype=float)
+    lengths = _lengths(variation.magnitude, units[:, 2:])
     return lengths[:, None] * directions
+
+
+def _lengths(variation: Variation, units: np.ndarray) -> np.ndarray:
+    """Values [n] of a variation of a number within another."""
+    found = np.asarray(_values(variation, units), dtype=float)
+    if found.ndim > 1:
+        own = variation.own
+        raise own.refusal(f"shape {found.shape[1:]}", ", here a number")
+    return found
 
 
 def _rotation(variation: Variation, units: np.ndarray) -> np.ndarray:
@@ -193,8 +212,9 @@ _FORMS = {
     "normal": _normal,
     "truncated_normal": _truncated_normal,
     "quantiles": _by_quantiles,
+    "own": lambda variation, units: variation.own.values(units),
     "direction": _direction,
-    "relative": lambda variation, units: _values(variation.relative, units),  # the factors
+    "relative": lambda variation, units: _lengths(variation.relative, units),  # the factors
     "rotation": _rotation,
 }
 

@@ -10,18 +10,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from torquer.base.cores import cores
-from torquer.campaign.fleet import (
-    FOUND_AT_ONCE,
-    MOTION_KEYS,
-    PARTS,
-    TRIED,
-    asks_for_alone,
-    try_key,
-)
+from torquer.campaign.along import FOUND_AT_ONCE, PARTS
 from torquer.campaign.fly import CHUNK, CHUNK_S, MOST
 from torquer.campaign.joining import BLOCK
 from torquer.campaign.outcomes import outcomes_with_series
 from torquer.campaign.room import check_room, member_bytes
+from torquer.campaign.side_by_side import MOTION_KEYS, TRIED, asks_for_alone, try_key
 from torquer.campaign.spec import Campaign
 from torquer.compile.lanes import LANES
 from torquer.computer.computer import Blocks

@@ -19,9 +19,10 @@ import xarray as xr
 from torquer.base.user_code import check_unchanged
 from torquer.base.validate import as_storable
 from torquer.campaign.checks import MEANINGS, column
+from torquer.campaign.chunk import COMPLETE, FAILED, Chunk
 from torquer.campaign.chunk_files import SUFFIX, load_chunk, save_chunk
 from torquer.campaign.contents import outcome_unit, unit_of_signal
-from torquer.campaign.fleet import COMPLETE, FAILED, Chunk, Fleet
+from torquer.campaign.fleet import Fleet
 from torquer.campaign.joining import in_blocks, numbers_in, write_blocks
 from torquer.campaign.outcomes import evaluate_success
 from torquer.campaign.provenance import check_same_provenance, provenance
@@ -110,7 +111,7 @@ def campaign_attributes(fleet: Fleet) -> dict[str, str]:
         "versions": json.dumps(versions()),
         "provenance": json.dumps(provenance()),
         **law_attributes(fleet.base),
-        **part_attributes(fleet.base),
+        **part_attributes({**fleet.base.files, **fleet.draws}),
     }
 
 

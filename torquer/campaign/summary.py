@@ -228,6 +228,8 @@ def category_text(category: dict) -> str:
 
 def _median_text(category: dict, name: str) -> str:
     at = [value_text(category["outcomes"][name][part]["value"]) for part in ("0.5", "0.05", "0.95")]
+    if at == [at[0]] * 3:  # as where no member has a value
+        return f"{category['value']} median {at[0]}"
     return f"{category['value']} median {at[0]} ({at[1]} to {at[2]})"
 
 
@@ -298,6 +300,8 @@ def with_unit(name: str, unit: str) -> str:
 
 
 def _line(each: dict) -> str:
+    if mean_rows(each) == [_NO_MEAN]:  # quantiles are missing, too
+        return _NO_VALUE
     at = {part: value_text(found["value"]) for part, found in each["quantiles"].items()}
     parts = [" ".join(row) for row in mean_rows(each)]
     parts.append(f"5 %: {at['0.05']}, median {at['0.5']}, 95 %: {at['0.95']}")
@@ -307,13 +311,18 @@ def _line(each: dict) -> str:
     return "; ".join(parts)
 
 
+#: Of an outcome that no member has.
+_NO_VALUE = "no member has a value"
+_NO_MEAN = ("mean", f"unknown: {_NO_VALUE}")
+
+
 def mean_rows(each: dict) -> list[tuple[str, str]]:
     """Label and value of an outcome's mean; with missing values of whom, and of all if known."""
     mean = with_interval(each["mean"], each["mean_interval"])
     if not each["missing"]:
         return [("mean", mean)]
     known = each["members"] - each["missing"]
-    rows = [(f"mean of {known} of {each['members']}", mean if known else "missing")]
+    rows = [(f"mean of {known} of {each['members']}", mean) if known else _NO_MEAN]
     if (found := each["restricted_mean"]) is not None and found["mean"] is not None:
         label = f"restricted mean (at most {found['end_s']:g})"
         rows.append((label, with_interval(found["mean"], found["mean_interval"])))

@@ -21,6 +21,7 @@ from torquer.base import validate
 from torquer.base.spec import Spec
 from torquer.base.time import parse_utc
 from torquer.campaign.changes import CHANGES
+from torquer.campaign.own_draws import OwnDraws
 
 #: The key under which attitudes vary on the whole rotation group.
 ATTITUDE = "initial.attitude"
@@ -179,6 +180,9 @@ class Variation(Spec):
     """A distribution of your own, of a number: pairs [share of the members, value that they do not
     exceed] with rising shares from 0 to 1, between which the value goes in a straight line.
     """
+    own: OwnDraws | None = None
+    """A distribution of your own, of a number, a vector or a matrix: a function in a Python file.
+    """
     direction: Literal["uniform"] | None = None
     """A vector of isotropic direction, whose length is the `magnitude`."""
     magnitude: Annotated["Variation | None", BeforeValidator(_as_variation)] = None
@@ -237,6 +241,12 @@ class Variation(Spec):
         return {"direction": 3, "rotation": 4}.get(self.form)
 
     @property
+    def own_draws(self) -> OwnDraws | None:
+        """The function of the user's own by which it draws, or what is within it."""
+        within = self.magnitude or self.relative
+        return within.own_draws if within else self.own
+
+    @property
     def is_of_times(self) -> bool:
         """Whether it varies a time."""
         return self.uniform is not None and isinstance(self.uniform[0], datetime)
@@ -263,6 +273,8 @@ class Variation(Spec):
             return 2 + self.magnitude.unit_numbers
         if self.relative is not None:
             return self.relative.unit_numbers
+        if self.own is not None:
+            return self.own.draws
         return 3 if self.rotation else self.length or 1
 
     @property

@@ -93,6 +93,15 @@ def load_usable(path: Path, code: CodeOptions, out: Path | None) -> Scenario:
     return scenario
 
 
+def note_whole_flights(scenario: Scenario) -> None:
+    """Say that a condition that would end the scenario's run early ends no flight here."""
+    if scenario.simulation.end_when is not None:
+        print_note(
+            "flights go on to their full length, whatever simulation.end_when says: what comes "
+            "later is judged, too"
+        )
+
+
 def find_code(scenario: Scenario, campaign: Campaign | None = None) -> dict[str, Path]:
     """Python files that a run of the scenario, or any member of a campaign, executes, by key."""
     from torquer.base.user_code import own_files
@@ -101,7 +110,7 @@ def find_code(scenario: Scenario, campaign: Campaign | None = None) -> dict[str,
     named = {f"{key}.file": part.file for key, part in parts if part.executes}
     if campaign is None:
         return named
-    from torquer.campaign.load import code_named
+    from torquer.campaign.files import code_named
 
     return named | dict(code_named(campaign))
 

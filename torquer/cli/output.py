@@ -11,7 +11,7 @@ import re
 import sys
 import sysconfig
 import warnings
-from collections.abc import Container, Iterable, Sequence
+from collections.abc import Callable, Container, Iterable, Sequence
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
@@ -289,3 +289,22 @@ def show_address(server, folder: Path, no_browser: bool, *more: str) -> None:
         return
     # it may wait for a browser to end, as it does for those in a terminal
     threading.Thread(target=webbrowser.open, args=(opener,), daemon=True).start()
+
+
+def check_report_options(how) -> None:
+    """ValueError for parts of a report that options ask for together with --no-report."""
+    for name in ("plots", "page", "figure"):
+        if getattr(how, name) and how.no_report:
+            raise ValueError(f"--{name}: must not be given with --no-report; received both")
+
+
+def write_beside_report(result, out: Path, how, page: Callable) -> None:
+    """Write what options ask for beside the report: the page that `page(result)` is, figures."""
+    if how.page:
+        from torquer.report.common.one_page import save_page
+
+        save_page(page(result), out)
+    if how.figure:
+        from torquer.report.paper import write_paper_figures
+
+        write_paper_figures(result, out / "paper")

@@ -16,7 +16,7 @@ from torquer.design.residual_rate import LAST_REVOLUTIONS, clear_limit, limits_f
 from torquer.scenario.mission import ORBITAL_RATES
 from torquer.scenario.spec import Scenario
 from torquer.theory.slow.detumbling import Tumbling, knee_gain, turning_gain
-from torquer.theory.slow.gains import Sampling, sampling_limit_rad_s
+from torquer.theory.slow.gains import Sampling
 
 #: Revolutions flown without a limit of time: at least, theory's times to stop, at most.
 _LEAST, _TIMES, _MOST = 10.0, 4.0, 60.0
@@ -100,7 +100,7 @@ def without_flights(scenario: Scenario, request: DetumbleRequest) -> GainSweep:
 
 
 def _check_rate(wanted: Wanted, sampling: Sampling) -> None:
-    limit = sampling_limit_rad_s(*sampling.times)
+    limit = sampling.limit_rad_s
     if wanted.tip_off_rad_s >= limit:
         raise RequestError(
             "tip_off_deg_s",

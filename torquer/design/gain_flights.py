@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.campaign.capture import flight
+from torquer.campaign.checks import column as check
 from torquer.campaign.fly import fly_campaign
 from torquer.campaign.spec import Campaign
 from torquer.campaign.statistics import quantile
@@ -45,7 +46,8 @@ class GainFlights(NamedTuple):
     `first_s`, `settled_s`: time at which the rate is first below the limit, and from which it stays
     below it to the end, infinite if it does not; `energy_j` of the coils; `peak_a_m2`: greatest
     dipole of a coil; `late_deg_s`, `mean_late_deg_s`: greatest and mean rate in the last
-    revolutions. `stops`: the same times for the limit and others.
+    revolutions. `stops`: the same times for the limit and others. `damping`, `lag_deg`: what the
+    steps of RK4 did by themselves, the most of all releases.
     """
 
     gain: float
@@ -56,6 +58,8 @@ class GainFlights(NamedTuple):
     late_deg_s: np.ndarray
     mean_late_deg_s: np.ndarray
     stops: tuple[Stops, ...] = ()
+    damping: float = 0.0
+    lag_deg: float = 0.0
 
     def with_limit(self, below_deg_s: float) -> "GainFlights":
         """The same flights with another of the limits that were counted."""
@@ -155,7 +159,8 @@ def _join(gain: float, below_deg_s: Sequence[float], parts) -> GainFlights:
         for k, limit in enumerate(below_deg_s)
     )
     names = ("energy_j", "peak_a_m2", "late_deg_s", "mean_late_deg_s")
-    return GainFlights._make([gain, *stops[0][1:], *(column(name) for name in names), stops])
+    steps = (column(check(name)).max() for name in ("rk4_damping", "rk4_lag_deg"))
+    return GainFlights(gain, *stops[0][1:], *map(column, names), stops, *map(float, steps))
 
 
 def usable_flights(flights: Sequence[GainFlights], most: float) -> list[GainFlights]:

@@ -22,9 +22,10 @@ from torquer.design.residual_rate import (
 )
 from torquer.design.sweep_domain import judge_sweep
 from torquer.scenario.mission import ORBITAL_RATES
+from torquer.scenario.resolution import told_of_steps
 from torquer.scenario.spec import Scenario
 from torquer.theory.slow.detumbling import Tumbling, detumbling_time_s
-from torquer.theory.slow.gains import Sampling, sampling_limit_rad_s
+from torquer.theory.slow.gains import Sampling
 from torquer.theory.validity import Verdict
 
 #: The part of the gain that overshoots up to which one is chosen.
@@ -257,7 +258,7 @@ class GainSweep:
 
     def notes(self) -> list[str]:
         """What theory says beyond the flights, and what is left out."""
-        limit = math.degrees(sampling_limit_rad_s(*self.sampling.times))
+        limit = math.degrees(self.sampling.limit_rad_s)
         notes = [f"B-dot brakes rates up to {limit:.4g} deg/s with {self.sampling.in_words}"]
         if math.isfinite(self.most_gain):
             notes.append(
@@ -268,7 +269,8 @@ class GainSweep:
             f"theory's times are means, for gains up to about {self.turning_gain:.3g} A m^2 s/T; "
             "beyond, rotation about the field outlasts the rest"
         )
-        return [*self._residual_notes(), *notes, *self._sensor_notes()]
+        steps = told_of_steps(self.chosen.damping, self.chosen.lag_deg)
+        return [*steps, *self._residual_notes(), *notes, *self._sensor_notes()]
 
     def _sensor_notes(self) -> list[str]:
         craft, coils, notes = self.scenario.spacecraft, self.tumbling.coils, []

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.analysis.attitude import find_attitude_error
+from torquer.analysis.notes.run_notes import run_notes
 from torquer.analysis.series import stays_from
 from torquer.campaign.sampling import member_scenario
 from torquer.campaign.spec import Campaign
@@ -14,10 +15,14 @@ from torquer.simulation.setup.simulate import simulate
 
 
 class PointingFlights(NamedTuple):
-    """Times of the records [s] (t,); attitude errors of the flights [deg] (n, t)."""
+    """Times of the records [s] (t,); attitude errors of the flights [deg] (n, t).
+
+    `notes`: what the first one showed of which it did: what its steps did, a rotation that grew.
+    """
 
     t_s: np.ndarray
     error_deg: np.ndarray
+    notes: tuple[str, ...] = ()
 
     def settled_s(self, below_deg: float) -> np.ndarray:
         """Times [s] (n,) from which the error stays below an angle; infinite where it does not."""
@@ -33,10 +38,11 @@ def fly_releases(
     progress: Callable[[int, int], None] | None = None,
 ) -> PointingFlights:
     """Fly the first members of a campaign, each to its end."""
-    errors = []
+    errors, notes = [], ()
     for number in range(count):
         result = simulate(member_scenario(scenario, campaign, number))
         errors.append(np.linalg.norm(find_attitude_error(result).error_deg, axis=1))
+        notes = notes or (*run_notes(result),)
         if progress:
             progress(number + 1, count)
-    return PointingFlights(result.time.values, np.array(errors))
+    return PointingFlights(result.time.values, np.array(errors), notes)

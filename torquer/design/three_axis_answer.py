@@ -7,6 +7,7 @@ from torquer.base.rows import Row, as_data, as_html, as_text
 from torquer.campaign.capture import Capture
 from torquer.design.failure import Failure
 from torquer.design.three_axis_trim import TrimAnswer
+from torquer.scenario.resolution import told_of_steps
 from torquer.scenario.spec import Scenario
 from torquer.scenario.toml_text import to_toml
 from torquer.theory.three_axis.gain_search import (
@@ -139,7 +140,11 @@ class ThreeAxisAnswer:
             f"{name}: {note}" for name, each in self.candidates.items()
             for note in self._notes_on(each)
         )  # fmt: skip
-        return [*self.case_notes, *of_laws]
+        of_steps = (
+            f"{name}: {note}" for name, each in self.captures.items() if each is not None
+            for note in told_of_steps(each.damping, each.lag_deg)
+        )  # fmt: skip
+        return [*self.case_notes, *of_steps, *of_laws]
 
     def verdicts(self) -> list[str]:
         """Whether each law is valid, or what is doubtful of it."""

@@ -27,7 +27,7 @@ UNITS = {
     "kg_m2": "kg m²", "kg": "kg", "kg_m3": "kg/m³", "m": "m", "m2": "m²", "km": "km",
     "km_s": "km/s", "n_m": "N m", "n_m_s": "N m s", "n_m_sqrt_s": "N m √s", "a_m2": "A m²",
     "m3": "m³", "a_m": "A/m",
-    "t": "T", "nt": "nT", "nt_per_a_m2": "nT/(A m²)", "t_km3": "T km³", "w": "W",
+    "t": "T", "nt": "nT", "nt_s": "nT/s", "nt_per_a_m2": "nT/(A m²)", "t_km3": "T km³", "w": "W",
     "a": "A", "ohm": "ohm", "ppm": "ppm", "h": "h", "days": "days",
     "a_m2_s": "A m² s", "a_m2_s_per_t": "A m² s/T", "a_m2_per_t": "A m²/T",
     "a_m2_per_n_m_s_t": "A m²/(N m s T)", "n_m_s_per_t2": "N m s/T²", "n_m_per_t2": "N m/T²",

@@ -87,7 +87,12 @@ def notes_on_steps(result) -> Iterator[str]:
     """Notes on the numerical damping and lag of RK4's steps in a run, if not small."""
     if "rk4_damping" not in result:
         return
-    damping, lag_deg = float(result["rk4_damping"]), math.degrees(float(result["rk4_lag"]))
+    lag_deg = math.degrees(float(result["rk4_lag"]))
+    yield from told_of_steps(float(result["rk4_damping"]), lag_deg)
+
+
+def told_of_steps(damping: float, lag_deg: float) -> Iterator[str]:
+    """What steps of RK4 did to a motion, if it is not small: part of the amplitude, and lag."""
     if damping >= QUIET_DAMPING:
         yield (
             f"the steps of RK4 damped up to {100.0 * damping:.3g} % of the amplitude of nutation "

@@ -229,6 +229,18 @@ class FieldFailure(SensorFailure):
     """Standard deviation of the error of each component, for 'noise'."""
 
 
+class FieldRateFailure(SensorFailure):
+    """A failure of a search coil in an interval of the run."""
+
+    error_keys: ClassVar = ("bias_nt_s", "noise_nt_s")
+    si: ClassVar = 1e-9
+
+    bias_nt_s: Vector | None = None
+    """Constant error, for 'bias'."""
+    noise_nt_s: _Size | None = None
+    """Standard deviation of the error of each component, for 'noise'."""
+
+
 class RateFailure(SensorFailure):
     """A failure of a gyro in an interval of the run."""
 

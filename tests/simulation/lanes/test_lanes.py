@@ -21,7 +21,7 @@ from torquer.simulation.lanes.laws import law_in_lanes
 from torquer.simulation.lanes.packing import pack_member
 from torquer.simulation.loop.calibrated import drive_coils_step
 from torquer.simulation.loop.due import attitude_sensor_step, gyro_step, magnetometer_step
-from torquer.simulation.loop.members import END, STREAMS, Many, draw, each
+from torquer.simulation.loop.members import END, Many, draw, each
 from torquer.simulation.propagate.adaptive import Auto
 from torquer.simulation.propagate.adaptive_lanes import order_5_phase, order_8_phase
 from torquer.simulation.propagate.interval import rk4_phase
@@ -29,6 +29,7 @@ from torquer.simulation.propagate.lane_stages import own_stage_phase
 from torquer.simulation.setup.run import prepare
 from torquer.simulation.setup.simulate import simulate
 from torquer.spacecraft.sensors.attitude_sensor import Sky
+from torquer.spacecraft.sensors.devices import STREAMS
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="lanes are compiled code")
 EXAMPLES = Path(__file__).parents[3] / "examples"
@@ -57,6 +58,8 @@ coil_offset_nt = [5, -6, 7], soft_iron = [[1.02, 0, 0.01], [0, 1, 0], [0.03, 0, 
 failures = [MAGNETOMETER] }
 spacecraft.gyro = { noise_deg_s = 0.01, bias_deg_s = [0.1, 0, 0], bias_drift_deg_s_sqrt_s = 1e-3, \
 range_deg_s = 20, resolution_deg_s = 1e-3 }
+spacecraft.search_coil = { noise_nt_s = 20, bias_nt_s = [5, -8, 2], resolution_nt_s = 3, \
+sample_s = 3.0, delay_s = 1.5, scale_error = [0.01, 0, -0.02], misalignment_deg = [1, 2, 3] }
 spacecraft.attitude_sensor = { noise_deg = 0.1, error_deg = [0.1, 0.2, 0.3], \
 boresight = [0, 3, 4], boresight_noise_deg = 0.3, sun_exclusion_deg = 40, moon_exclusion_deg = 30, \
 earth_exclusion_deg = 20, rate_limit_deg_s = 8 }

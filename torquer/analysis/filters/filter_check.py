@@ -34,8 +34,9 @@ from torquer.analysis.filters.linear_covariance import (
 from torquer.base.limits import at_least
 from torquer.computer.estimation.measurements.table import DEVICE_OF
 from torquer.maths.geometry.attitudes import rotation_vector
-from torquer.scenario.change import with_values
+from torquer.scenario.change import flown_whole
 from torquer.scenario.control import common_divisor, whole_steps
+from torquer.scenario.resolution import part_damped, told_of_steps
 from torquer.scenario.spec import Scenario
 from torquer.simulation.loop.members import RUNNING
 from torquer.simulation.loop.state import Record
@@ -68,22 +69,24 @@ def fly_filter(
     be a multiple of the control cycle), unless there are some at every control step; and for a run
     that stops early. `flown` is called after each run; `library`: the computer in C of all runs.
     """
-    piece, found, motions = None, [], []
+    piece, found, motions, costs = None, [], [], []
     for member in members:
-        if member.simulation.end_when is not None:  # all runs must have the same records
-            member = with_values(member, {"simulation.end_when": None})
+        member = flown_whole(member)  # all runs must have the same records
         run = prepare(member, piece=piece, library=library)
         piece = piece or run.piece
         rows = control_rows(member)
         recorded = record_run(run)
         motions.append(_motion(run, recorded, rows))
         found.append([part[rows] for part in _fly(run, recorded)])
+        costs.append(run.state.cells[0][["damping", "lag"]].tolist())
         if flown:
             flown()
     errors, covariance, rejected, starts, why, *each = map(np.stack, zip(*found, strict=True))
     innovations = dict(zip(measured_by(member), each, strict=True))
     t_s = motions[0].t_s
-    return FilterRuns(t_s, errors, covariance, innovations, rejected, starts, why, motions)
+    damping, lag = np.max(costs, axis=0)
+    steps = (*told_of_steps(float(part_damped(damping)), math.degrees(lag)),)
+    return FilterRuns(t_s, errors, covariance, innovations, rejected, starts, why, motions, steps)
 
 
 def control_rows(scenario: Scenario) -> np.ndarray:
@@ -370,6 +373,7 @@ def as_plain(found: FilterCheck) -> dict:
         "checks": [check._asdict() for check in found.checks],
         "verdict": word,
         "verdict_text": text,
+        "notes": [*flown.steps],
         "consistent": found.consistent,
         "runs_never_started": int(np.count_nonzero(~flown.started)),
         "rejected_mean": float(flown.rejected[:, -1].mean()),

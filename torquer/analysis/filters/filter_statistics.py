@@ -24,7 +24,8 @@ class FilterRuns(NamedTuple):
     (runs, samples, 3): whitened (of Sun cells one for each), NaN where there was no reading or no
     such component. `rejected`, `starts` (runs, samples): readings rejected and starts so far;
     `why_not_started` (runs, samples): the filter's number for the reason, 0 for none. `motions`: of
-    each run, at the same instants.
+    each run, at the same instants. `steps`: what the steps of RK4 did by themselves, the worst of
+    all runs.
     """
 
     t_s: np.ndarray
@@ -35,6 +36,7 @@ class FilterRuns(NamedTuple):
     starts: np.ndarray
     why_not_started: np.ndarray
     motions: list[Motion]
+    steps: tuple[str, ...] = ()
 
     @property
     def started(self) -> np.ndarray:

@@ -84,7 +84,7 @@ def _rate_notes(scenario: Scenario, use: Use) -> Iterator[str]:
     if not (use.at_start and isinstance(law, BDOT + _NUTATION)):
         return
     sampling, turn = law_sampling(scenario, law), _turn(scenario, law)
-    limit = sampling_limit_rad_s(*sampling.times)
+    limit = sampling.limit_rad_s
     if turn.rate_rad_s > _NEAR * limit:
         side = "above" if turn.rate_rad_s > limit else "near"
         yield (
@@ -283,7 +283,8 @@ def _own_dipole_notes(scenario: Scenario, use: Use) -> Iterator[str]:
 
 def _rate_heard(scenario: Scenario, law) -> float:
     """The law's response to a unit of the coils' dipole in the readings, over its gain [1/s]."""
-    d, _, lag_s, off_s, _ = law_sampling(scenario, law)
+    sampling = law_sampling(scenario, law)
+    d, lag_s, off_s = sampling.difference_s, sampling.lag_s, sampling.measure_s
     if not isinstance(law, (*DIFFERENCES, BdotRate, NutationDampingRate)):
         return 0.0  # these take no reading of the field itself
     if off_s > 0.0 and lag_s == 0.0:

@@ -19,7 +19,6 @@ from torquer.computer.laws.momentum_projection import MomentumProjection
 from torquer.computer.laws.non_monotonic import NonMonotonic, NonMonotonicDerivative
 from torquer.scenario.spec import Scenario
 from torquer.theory.averaged.sampling import law_sampling, sampling_by_differences
-from torquer.theory.slow.gains import sampling_limit_rad_s
 
 #: Least part of the field's amplitude that a line must have.
 _LEAST = 0.1
@@ -60,7 +59,7 @@ def _line_notes(scenario: Scenario, use: Use) -> Iterator[str]:
         return
     own = isinstance(law, _OWN)
     sampling = sampling_by_differences(scenario) if own else law_sampling(scenario, law)
-    limit = sampling_limit_rad_s(*sampling.times)
+    limit = sampling.limit_rad_s
     omega = np.array(scenario.motion_at_start()[4:])
     lines = field_lines_rad_s(np.array(scenario.spacecraft.body.inertia), omega)
     fastest = max((rate for rate, part in lines if part >= _LEAST), default=0.0)

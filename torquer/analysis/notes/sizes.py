@@ -36,6 +36,7 @@ def find_sizes(scenario: Scenario) -> dict[str, Size]:
     turn = Size(_RADIAN_DEG, _RADIAN_DEG, "a radian", "a radian", 0.2, False, 1e-6)
     return {
         "field": _field(scenario),
+        "field_rate": _field_rate(scenario),
         "rate": _rate(scenario),
         "sun": turn,
         "nadir": turn,
@@ -44,14 +45,29 @@ def find_sizes(scenario: Scenario) -> dict[str, Size]:
     }
 
 
-def _field(scenario: Scenario) -> Size:
+def _along_orbit(scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
+    """Instants [s] of a revolution, or of the run, and the field there [nT], inertial (n, 3)."""
     environment, revolution_s = scenario.orbit_environment(), scenario.orbit.period_s
     t_s = np.linspace(0.0, min(revolution_s, scenario.length_s), _INSTANTS)
-    field_nt = 1e9 * np.linalg.norm(environment.sample(t_s)[:, 3:6], axis=1)
+    return t_s, 1e9 * environment.sample(t_s)[:, 3:6]
+
+
+def _field(scenario: Scenario) -> Size:
+    field_nt = np.linalg.norm(_along_orbit(scenario)[1], axis=1)
     least, greatest = float(field_nt.min()), float(field_nt.max())
     weakest = f"the field where it is weakest on this orbit, {least:.3g} nT"
     strongest = f"on this orbit, where the field reaches {greatest:.3g} nT"
     return Size(least, greatest, weakest, strongest, 0.2, False, 1e-3)
+
+
+def _field_rate(scenario: Scenario) -> Size:
+    """Rate of the field in the body: at the start, or what the orbit alone makes of it."""
+    t_s, b_nt = _along_orbit(scenario)
+    orbital = np.linalg.norm(np.diff(b_nt, axis=0), axis=1).max() / (t_s[1] - t_s[0])
+    turning = math.radians(rate_at_start_deg_s(scenario)) * np.linalg.norm(b_nt, axis=1).max()
+    size = float(orbital + turning)
+    words = f"the field's rate of {size:.3g} nT/s at the initial rate"
+    return Size(size, size, words, f"by {words}", 0.2, False, 1e-6)
 
 
 def _rate(scenario: Scenario) -> Size:

@@ -7,7 +7,7 @@ import xarray as xr
 
 from torquer.base.version import VERSION
 from torquer.campaign.faults.fly import FaultCampaign, Row
-from torquer.campaign.faults.verdict import VERDICTS
+from torquer.campaign.faults.verdict import VERDICTS, steps_in_words
 
 #: Numbers of an outcome that the dataset has: unit and description.
 _NUMBERS = {
@@ -29,7 +29,7 @@ def as_plain(found: FaultCampaign) -> dict:
         "goals": [goal._asdict() for goal in found.goals],
         "without_fault": {
             "verdict": verdict, "why": why, "rate_deg_s": nominal.rate_deg_s,
-            "goals": list(nominal.goals), "energy_j": nominal.energy_j,
+            "goals": list(nominal.goals), "energy_j": nominal.energy_j, "steps": nominal.steps,
         },
         "strikes": [strike._asdict() for strike in found.strikes],
         "counts": {
@@ -136,4 +136,5 @@ def counts_in_words(found: FaultCampaign) -> list[str]:
         lines = [line.removeprefix("With guards: ") for line in lines]
     unsafe = [row for row in found.rows if row.guarded and row.outcome.verdict != VERDICTS[0]]
     unnoticed = sum(not row.outcome.noticed_by for row in unsafe)
-    return [*lines, f"Not safe and not noticed: {unnoticed} of {len(unsafe)}"]
+    lines.append(f"Not safe and not noticed: {unnoticed} of {len(unsafe)}")
+    return [*lines, *steps_in_words(found.nominal, [row.outcome for row in found.rows])]

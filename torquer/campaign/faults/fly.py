@@ -26,6 +26,7 @@ from torquer.campaign.faults.verdict import (
     judge_flight,
     keep_flight,
 )
+from torquer.scenario.change import flown_whole
 from torquer.scenario.spec import Scenario
 from torquer.simulation.setup.simulate import RunStopped, simulate
 
@@ -91,9 +92,10 @@ def fly_faults(
     in each mode that the flight without a fault visits. `workers`: flights at once, one per core
     unless given. `progress` is called with the fraction done. The result depends on none of the
     last two. ValueError for `only` that names no fault, a time after the end, and a flight without
-    a fault that stops early.
+    a fault that stops early. No condition ends a flight: what comes later is judged, too.
     """
     _check_workers(workers)
+    scenario = flown_whole(scenario)
     faults = choose_faults(find_faults(scenario), only)
     modes, goals = scenario.control.modes, find_goals(scenario)
     guards = modes.guards() if modes else []

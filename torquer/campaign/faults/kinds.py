@@ -21,7 +21,9 @@ OF_SENSORS = {
     **{f"swapped {axes}": {"kind": "swapped", "axes": axes} for axes in ("xy", "yz", "xz")},
 }
 #: Size of the bias about one axis, and of the noise, by the unit of a sensor's errors.
-SIZES = {"nt": (5000.0, 20000.0), "deg_s": (0.3, 3.0), "deg": (20.0, 30.0)}
+SIZES = {
+    "nt": (5000.0, 20000.0), "nt_s": (500.0, 2000.0), "deg_s": (0.3, 3.0), "deg": (20.0, 30.0),
+}  # fmt: skip
 #: For how long a computer is halted, and until it is back after a restart [s].
 HALTED_S, RESTART_S = 3600.0, 60.0
 

@@ -1,6 +1,7 @@
 """The results of flights with pairs of faults as plain data and as a table."""
 
 from torquer.campaign.faults.pairs import PairCampaign, PairRow
+from torquer.campaign.faults.verdict import steps_in_words
 
 #: Columns of the table that hold words.
 WORDS = ("first", "second", "noticed by", "coils off by")
@@ -55,4 +56,5 @@ def pair_counts_in_words(found: PairCampaign) -> list[str]:
         f"flights that ended early: {counts['ended']}",
         f"Worst: pair {worst.pair.number}, {first.name} and {second.name}, "
         f"{worst.outcome.verdict}{': ' + worst.outcome.why if worst.outcome.why else ''}",
+        *steps_in_words(found.nominal, [row.outcome for row in found.rows]),
     ]

@@ -27,6 +27,7 @@ from torquer.campaign.faults.verdict import (
     keep_flight,
 )
 from torquer.computer.modes.spec import Modes
+from torquer.scenario.change import flown_whole
 from torquer.scenario.spec import Scenario
 
 #: The first fault strikes within this part of the flight, a later one within this part after it.
@@ -119,9 +120,11 @@ def fly_pairs(
     of the first fault; by default any in the first half of the flight. `workers`: flights at once,
     one per core unless given. `progress` is called with the fraction done. The result
     depends on none of the last two, and pair n not on how many are flown. ValueError for fewer than
-    two faults, a time after the end, and a flight without a fault that stops early.
+    two faults, a time after the end, and a flight without a fault that stops early. No condition
+    ends a flight.
     """
     at_least(1).check("pairs", pairs)
+    scenario = flown_whole(scenario)
     faults = choose_faults(find_faults(scenario), only)
     if len(faults) < 2:
         raise ValueError(

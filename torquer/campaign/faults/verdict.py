@@ -11,6 +11,7 @@ flight without the fault does not enter from that instant on.
 """
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,7 @@ import xarray as xr
 from torquer.analysis.attitude import with_held
 from torquer.analysis.goals import Goal, find_goals, goal_signal
 from torquer.analysis.mode_use import find_regions, state_uses
+from torquer.scenario.resolution import notes_on_steps
 from torquer.simulation.results.dataset import COMPLETE, flown_scenario
 
 SAFE, DEGRADED, LOST = "safe", "degraded", "lost"
@@ -33,7 +35,8 @@ class Flown(NamedTuple):
 
     `rate_deg_s`, `goals`: the greatest in the last revolution, of the rate and of the signal of
     each goal; `energy_j`: of the coils; `entered`: when each state was entered last, by its
-    region and name; `begins`: times of the first records of its stays.
+    region and name; `begins`: times of the first records of its stays; `steps`: what the steps of
+    its integrator did by themselves, "" if it is not much.
     """
 
     ended: str
@@ -42,13 +45,14 @@ class Flown(NamedTuple):
     energy_j: float
     entered: dict[str, float]
     begins: dict[str, np.ndarray]
+    steps: str = ""
 
 
 class Outcome(NamedTuple):
     """What became of a fault.
 
     `why`: what kept it from being safe, "" if it is. `noticed_after_s`: infinite if it was not;
-    `noticed_by`: the state that was entered.
+    `noticed_by`: the state that was entered. `steps`: see `Flown`.
     """
 
     verdict: str
@@ -58,6 +62,7 @@ class Outcome(NamedTuple):
     energy_j: float
     noticed_after_s: float
     noticed_by: str
+    steps: str = ""
 
 
 def keep_flight(result: xr.Dataset) -> Flown:
@@ -83,6 +88,7 @@ def keep_flight(result: xr.Dataset) -> Flown:
             for region in find_regions(result)
             for k, name in enumerate(region.states)
         },
+        "; ".join(notes_on_steps(result)),
     )
 
 
@@ -91,7 +97,17 @@ def judge_flight(flight: Flown, nominal: Flown, goals: list[Goal], at_s: float) 
     verdict, why = judge(flight, nominal, goals)
     after_s, by = first_notice(flight, nominal, at_s)
     rest = flight.rate_deg_s, flight.goals, flight.energy_j
-    return Outcome(verdict, why, *rest, after_s, by)
+    return Outcome(verdict, why, *rest, after_s, by, flight.steps)
+
+
+def steps_in_words(nominal: Flown, outcomes: Sequence[Outcome]) -> list[str]:
+    """What must be known beside the number of safe flights: what steps did by themselves."""
+    told = [each.steps for each in outcomes if each.steps]
+    lines = [f"Without a fault {nominal.steps}"] if nominal.steps else []
+    if told:
+        count = f"{len(told)} of {len(outcomes)}"
+        lines.append(f"In {count} flights with faults, one of them: {told[0]}")
+    return lines
 
 
 def judge(flight: Flown, nominal: Flown, goals: list[Goal]) -> tuple[str, str]:

@@ -17,6 +17,7 @@ from torquer.cli.examples import show_examples
 from torquer.cli.loading import check_code, check_computer, load_result
 from torquer.cli.options import CodeOptions, Figure, Json, as_options, options
 from torquer.cli.output import (
+    check_report_options,
     describe_interrupt,
     make_writable,
     print_error,
@@ -25,6 +26,7 @@ from torquer.cli.output import (
     show_summary,
     table,
     table_console,
+    write_beside_report,
     writing_to,
 )
 from torquer.cli.process import FAILED_CODE, SIGNAL_CODE, leave_or_raise
@@ -82,13 +84,11 @@ def fly(
     from torquer.campaign.fly import fly_campaign
     from torquer.campaign.store import files_there
 
+    check_report_options(how)
     if how.member is not None:
         return _fly_member(scenario, how.member, how, code)
     if how.plots:
         raise ValueError("--plots: must be given with --member only; received it without")
-    for name in ("page", "figure"):
-        if getattr(how, name) and how.no_report:
-            raise ValueError(f"--{name}: must not be given with --no-report; received both")
     part = _part_of(how.part)
     check_computer(how.computer, code)
     satellite, campaign = _load(scenario, how, code)
@@ -210,17 +210,10 @@ def _write(result, out: Path, how: CampaignOptions) -> dict:
     put(out / "summary.json", json_text(summary) + "\n")
     if not how.no_report:
         from torquer.report.campaign import write_campaign_report
+        from torquer.report.campaign.one_page import campaign_page
 
         write_campaign_report(result, out)
-    if how.page:
-        from torquer.report.campaign.one_page import campaign_page
-        from torquer.report.common.one_page import save_page
-
-        save_page(campaign_page(result), out)
-    if how.figure:
-        from torquer.report.paper import write_paper_figures
-
-        write_paper_figures(result, out / "paper")
+        write_beside_report(result, out, how, campaign_page)
     return summary
 
 

@@ -7,7 +7,7 @@ from typing import Annotated
 from torquer.base.limits import at_least, positive, within
 from torquer.base.strict_json import json_text
 from torquer.cli.compiling import show_progress
-from torquer.cli.loading import find_code, load_usable
+from torquer.cli.loading import find_code, load_usable, note_whole_flights
 from torquer.cli.options import CodeOptions, Json, as_options, options
 from torquer.cli.output import make_writable, say, table, table_console, writing_to
 from torquer.simulation.results.file import put, save
@@ -56,6 +56,7 @@ def faults(
     Exit code 1 if the satellite is lost and no mode has switched the coils off.
     """
     flown = _change(load_usable(scenario, code, None), how)
+    note_whole_flights(flown)
     out = how.out or Path("runs") / f"{flown.name}-{'pairs' if how.pairs else 'faults'}"
     make_writable(out)
     try:

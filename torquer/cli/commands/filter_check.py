@@ -7,7 +7,7 @@ from typing import Annotated
 from torquer.base.limits import at_least
 from torquer.base.strict_json import json_text
 from torquer.cli.compiling import show_progress
-from torquer.cli.loading import check_computer, load_usable
+from torquer.cli.loading import check_computer, load_usable, note_whole_flights
 from torquer.cli.options import CodeOptions, Json, option, options
 from torquer.cli.output import say, table, table_console, writing_to
 
@@ -56,6 +56,7 @@ def filter_check(
         return _expect(scenario, how, code)
     check_computer(how.computer, code)
     flown = load_usable(scenario, code, how.out)
+    note_whole_flights(flown)
     runs = _RUNS if how.runs is None else how.runs
     with show_progress(flown.name) as progress:
         start = Start(how.attitude_sigma_deg, how.rate_sigma_deg_s)
@@ -132,7 +133,7 @@ def in_words(found) -> list[str]:
             f"{plain['sigma_deg']:.3g}, expected by linear covariance {plain['expected_deg']:.3g}; "
             f"total error below {plain['error_95_deg']:.3g} deg in 95 % of cases"
         )
-    return [*lines, plain["verdict_text"]]
+    return [*lines, plain["verdict_text"], *(f"note: {note}" for note in plain["notes"])]
 
 
 def _show(scenario, sets: list) -> None:

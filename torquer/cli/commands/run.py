@@ -13,11 +13,13 @@ from torquer.cli.compiling import compiling_shown, show_progress
 from torquer.cli.loading import check_computer, find_code, load_checked
 from torquer.cli.options import CodeOptions, Figure, Json, as_options, options
 from torquer.cli.output import (
+    check_report_options,
     describe_interrupt,
     make_writable,
     print_error,
     print_note,
     show_summary,
+    write_beside_report,
     writing_to,
 )
 from torquer.cli.process import (
@@ -61,9 +63,7 @@ def run(
     scenario: Path, *, how: RunOptions = RunOptions(), code: CodeOptions = CodeOptions()
 ) -> int:
     """Simulate SCENARIO and write result.nc, summary.json and report.html."""
-    for name in ("plots", "page", "figure"):
-        if getattr(how, name) and how.no_report:
-            raise ValueError(f"--{name}: must not be given with --no-report; received both")
+    check_report_options(how)
     check_computer(how.computer, code)
     try:
         flown = load_checked(scenario, code)
@@ -202,19 +202,12 @@ def _write(result, out: Path, signals: Stop, how: RunOptions) -> dict:
     if how.no_report:
         return summary
     from torquer.report import write_report
+    from torquer.report.flight.one_page import run_page
 
     with signals.raising():
         _remove_old_plots(out)
         write_report(result, out, plots=how.plots)
-        if how.page:
-            from torquer.report.common.one_page import save_page
-            from torquer.report.flight.one_page import run_page
-
-            save_page(run_page(result), out)
-        if how.figure:
-            from torquer.report.paper import write_paper_figures
-
-            write_paper_figures(result, out / "paper")
+        write_beside_report(result, out, how, run_page)
     return summary
 
 

@@ -15,7 +15,8 @@ _NEAR = 0.1
 
 def notes_on(made: GyroDesign) -> list[str]:
     """What the user should know."""
-    return [*made.case.notes, *_on_wheel(made), *_on_orbit(made), *_on_coils(made)]
+    flown = made.flights.notes if made.flights else ()
+    return [*flown, *made.case.notes, *_on_wheel(made), *_on_orbit(made), *_on_coils(made)]
 
 
 def _on_wheel(made: GyroDesign) -> list[str]:

@@ -21,7 +21,7 @@ from torquer.theory.averaged.conditions import check_case, judge_case
 from torquer.theory.averaged.flights import find_starts, fly
 from torquer.theory.slow.detumbling import detumbling_time_s, turning_gain
 from torquer.theory.slow.gain_and_time import GOALS
-from torquer.theory.slow.gains import damping_efficiency, sampling_limit_rad_s
+from torquer.theory.slow.gains import damping_efficiency
 from torquer.theory.three_axis.gain_search import settling_time_s
 from torquer.theory.three_axis.hold import AttitudeHold
 from torquer.theory.three_axis.sampled import Cycle, SampledHold, sampled_family
@@ -57,7 +57,7 @@ def _predict_bdot(scenario: Scenario) -> Iterator[Line]:
     gain, case = use.gain(use.law.gain_a_m2_s_per_t), as_flown(scenario, use.law)
     rate = _rate_rad_s(scenario)
     below, _ = stopped_below(scenario)
-    limit = math.degrees(sampling_limit_rad_s(*case.sampling.times))
+    limit = math.degrees(case.sampling.limit_rad_s)
     yield Line("highest rate braked", limit, "deg/s", f"with {case.sampling.in_words}")
     left = 100.0 * float(damping_efficiency(rate, *case.sampling.times))
     yield Line("damping at the initial rate", left, "%", "of what B-dot without sampling has")

@@ -14,7 +14,7 @@ from torquer.simulation.lanes.packing import Packed, pack_member
 from torquer.simulation.lanes.sensed import same_timetable, without_unread
 from torquer.simulation.lanes.wheels import drive_wheels, own_space, same_allocation
 from torquer.simulation.loop.computers import Boards, make_boards, same_computers, sensed_places
-from torquer.simulation.loop.members import END, RUNNING, STREAMS, Many
+from torquer.simulation.loop.members import END, RUNNING, Many
 from torquer.simulation.loop.state import AT_CELLS, CELLS, LOCAL_CELLS, Plan
 from torquer.simulation.loop.step import (
     NO_READERS,
@@ -29,6 +29,7 @@ from torquer.simulation.propagate.interval import IN_LANES, LOOK_ONLY, Problem, 
 from torquer.simulation.setup.prepare import choose_integrator, first_rods
 from torquer.simulation.setup.run import Piece, Run, make_environments, tabulate_piece
 from torquer.simulation.setup.signals import noted_signals
+from torquer.spacecraft.sensors.devices import STREAMS
 
 _MOTION = 7
 #: Records of members that are in memory at most, and pieces that are kept.

@@ -6,7 +6,7 @@ Made of the table of devices by `docs/made_code.py`: do not edit.
 from torquer.compile.arguments import Entry, entry_caller, record_at
 from torquer.compile.engine import inlined
 from torquer.simulation.loop.members import draw, drawn_for, each
-from torquer.simulation.loop.readings import begin_reading, put3, send3, send4, send6
+from torquer.simulation.loop.readings import begin_reading, send3, send4, send6
 from torquer.simulation.loop.state import local_in
 from torquer.simulation.loop.timetable import ANY_UNIT, READ
 from torquer.spacecraft.sensors import (
@@ -48,14 +48,16 @@ def search_coil_step(member, late, sky, t):
     """A reading of the search coil."""
     constants = member.constants.sensors.search_coil
     here = begin_reading(member, 1, t)
-    reading = search_coil.read(constants, here, sky)
-    put3(member, 1, late, t, reading)
+    drawn_52 = drawn_for(member, 52)
+    reading = search_coil.read(constants, here, sky, drawn_52)
+    send3(member, 1, late, t, reading)
 
 
 @inlined
 def read_search_coil(members, plant, around, late):
     """Read the search coil of each member."""
     constants = plant.sensors.search_coil
+    draw(members, constants.noise_t_s, 1, 52)
     sky = search_coil.field_and_rate(constants, around)
     each(members, search_coil_step, late, sky, around.t_s)
 

@@ -14,15 +14,12 @@ from torquer.base.noise import normal3
 from torquer.compile.engine import LOOP_OPTIONS, inlined, whole
 from torquer.compile.lanes import LaneLayout, Rows, lane_maker, lane_plant, lane_state
 from torquer.compile.numba_private import INLINED_OPTIONS
-from torquer.spacecraft.sensors.device import MOST_UNITS
-from torquer.spacecraft.sensors.devices import FIRST_UNIT_STREAM, MOST_DRAWS
+from torquer.spacecraft.sensors.devices import STREAMS
 
 #: How a run can stand: it goes on; the motion is not finite; a command is not; the step does not
 #: follow the motion; a command from outside is awaited; the body strikes the ring of a test bench;
 #: a sensor of the user's own has failed.
 RUNNING, BAD_STATE, BAD_COMMAND, COARSE_STEP, WAITING, TILTED, BAD_READING = range(7)
-#: Streams of random numbers for the readings, from 0 on.
-STREAMS = FIRST_UNIT_STREAM + MOST_DRAWS * MOST_UNITS
 _drawn_in = lane_maker(Rows((STREAMS, 3), 1))
 
 

@@ -80,14 +80,6 @@ def send6(member, sensor, late, t, v):
     _send(r.reading, known.readings, sensor, is_late, 5, v[5])
 
 
-@inlined
-def put3(member, sensor, late, t, v):
-    """Give a reading of three numbers to the computer, which is never late."""
-    known = member.state.board.known[0]
-    known.readings[sensor, 0], known.readings[sensor, 1], known.readings[sensor, 2] = v
-    known.read_s[sensor] = t
-
-
 @kernel
 def deliver_step(member, actions):
     """Let the late readings that are due reach the computer."""

@@ -6,6 +6,7 @@ import hashlib
 import json
 import math
 import platform
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -273,7 +274,7 @@ def _attributes(run: Run, how: str, ended: str) -> dict:
     return {
         "scenario": run.scenario.model_dump_json(),
         **law_attributes(run),
-        **part_attributes(run),
+        **part_attributes(run.files),
         **_uplinked_attribute(run),
         **_ended_by(run),
         "seed": str(run.scenario.seed),
@@ -328,9 +329,9 @@ def identify_blocks(blocks: Blocks) -> dict[str, dict]:
     }
 
 
-def part_attributes(run: Run) -> dict[str, str]:
+def part_attributes(files: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
     """What a result says of the files that give its parts, but for laws: by key, as JSON."""
-    return {"parts": json.dumps(run.files)} if run.files else {}
+    return {"parts": json.dumps(files)} if files else {}
 
 
 def _uplinked_attribute(run: Run) -> dict[str, str]:

@@ -20,7 +20,6 @@ from torquer.scenario.held import check_judged
 from torquer.scenario.spec import Scenario
 from torquer.simulation.loop.members import (
     RUNNING,
-    STREAMS,
     Member,
     One,
 )
@@ -57,7 +56,7 @@ from torquer.simulation.setup.prepare import (
 from torquer.simulation.setup.size import piece_steps
 from torquer.spacecraft.actuators.coils import fail_coils, switch_off_coils
 from torquer.spacecraft.failures import is_halted
-from torquer.spacecraft.sensors.devices import DEVICES
+from torquer.spacecraft.sensors.devices import DEVICES, STREAMS
 
 #: What a file that gives a part of a run must be.
 AS_BEGUN = "the one with which the run began"

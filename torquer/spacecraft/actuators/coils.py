@@ -363,6 +363,10 @@ class Coils(Spec):
         """The numbers of a key (n,), which may be one for all."""
         return np.full(len(self.axes), getattr(self, key), dtype=np.float64)
 
+    def short_pulse_s(self) -> float:
+        """How much later than the middle of its period a short pulse stands [s]; 0 without any."""
+        return (PLACES[self.pwm_place] - 0.5) * self.pwm_period_s if self.pwm_period_s else 0.0
+
     def limits_a_m2(self) -> np.ndarray:
         """Limit of each coil (n,) [A m^2], given or of its winding."""
         limits = [each.limit_a_m2() for each in self.each_winding()] or self.limit_a_m2

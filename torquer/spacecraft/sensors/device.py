@@ -88,10 +88,10 @@ class Device:
     `quantum`: the constant that a reading is rounded to; "" for one that is not.
 
     `nothing`: what it reads where it has nothing to read: "" (it always has), "zeros" or "nan".
-    `turned`: whether an error of a reading is a rotation. `late`: whether readings may be delayed
-    and fail. `may_stay`: whether a sound one may send the same numbers for long. `by_coils`:
-    whether coils that are on disturb it. `integrates`: whether it accumulates what a gyro reads and
-    takes its place. `combines`: whether several become one that laws read.
+    `turned`: whether an error of a reading is a rotation. `may_stay`: whether a sound one may send
+    the same numbers for long. `by_coils`: whether coils that are on disturb it. `integrates`:
+    whether it accumulates what a gyro reads and takes its place. `combines`: whether several become
+    one that laws read.
     """
 
     name: str
@@ -118,7 +118,6 @@ class Device:
     nothing: str = ""
     quantum: str = ""
     turned: bool = False
-    late: bool = True
     may_stay: bool = False
     by_coils: bool = False
     integrates: bool = False

@@ -33,6 +33,7 @@ from torquer.spacecraft.sensors.integrating_gyro import IntegratingGyro
 from torquer.spacecraft.sensors.magnetometer import Magnetometer
 from torquer.spacecraft.sensors.own_sensor import OwnSensor
 from torquer.spacecraft.sensors.sampling import Sampled
+from torquer.spacecraft.sensors.search_coil import SearchCoil
 from torquer.spacecraft.sensors.sun_cells import SunCells
 from torquer.spacecraft.sensors.sun_sensor import SunSensors
 
@@ -52,9 +53,14 @@ DEVICES = (
 )
 
 #: Most draws of random numbers for a reading; first stream of the first unit of several, each of
-#: which has as many.
+#: which has as many. A device that is added later has a stream beyond theirs: they keep their bits.
 MOST_DRAWS = max(len(device.draws) for device in DEVICES)
-FIRST_UNIT_STREAM = 1 + max(stream for device in DEVICES for stream, _ in device.draws)
+FIRST_UNIT_STREAM = 16
+#: Streams of random numbers for readings, from 0 on.
+STREAMS = 1 + max(
+    FIRST_UNIT_STREAM + MOST_DRAWS * MOST_UNITS - 1,
+    *(stream for device in DEVICES for stream, _ in device.draws),
+)
 #: The devices of which a satellite may have several, by the keys under which it has them.
 SEVERAL = {device.several: device for device in DEVICES if device.several}
 _NAME = re.compile(r"[A-Za-z]\w*", re.ASCII)
@@ -131,6 +137,9 @@ class Sensors(Spec):
 
     magnetometer: Magnetometer = Magnetometer()
     """Magnetometer; left out: an ideal one."""
+    search_coil: SearchCoil | None = None
+    """Search coil, which reads the field's rate of change; left out: an ideal one where it is used.
+    """
     gyro: Gyro = Gyro()
     """Gyro; left out: an ideal one."""
     sun_sensors: SunSensors | None = None

@@ -9,6 +9,5 @@ DEVICE = Device(
     symbol="wheel_momentum",
     units="N m s",
     meaning="sum of the wheels' momenta by the last readings of their tachometers",
-    late=False,
     may_stay=True,
 )

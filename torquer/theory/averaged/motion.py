@@ -28,7 +28,7 @@ from torquer.theory.slow.gain_and_time import (
     gain_at,
     gain_for,
 )
-from torquer.theory.slow.gains import bdot_greatest_gain, damping_efficiency, sampling_limit_rad_s
+from torquer.theory.slow.gains import bdot_greatest_gain, damping_efficiency
 from torquer.theory.slow.slow_motion import evolve
 from torquer.theory.validity import PRECESSION
 
@@ -226,7 +226,7 @@ def sampling_data(case: AveragedCase) -> dict | None:
     times, rate = case.sampling.times, case.damped_rate_rad_s
     return {
         **case.sampling._asdict(),
-        "limit_deg_s": math.degrees(sampling_limit_rad_s(*times)),
+        "limit_deg_s": math.degrees(case.sampling.limit_rad_s),
         "rate_deg_s": math.degrees(rate),
         "efficiency": float(damping_efficiency(rate, *times)),
         "greatest_gain": _greatest_gain(case),

@@ -42,6 +42,7 @@ def _sampling(
         scenario.spacecraft.coils.lag_s,
         control.measure_s,
         delay_s,
+        scenario.spacecraft.coils.short_pulse_s(),
     )
 
 

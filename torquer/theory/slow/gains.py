@@ -12,6 +12,10 @@ another a/2, and the coils lag behind it. Readings that are D old when the comma
 window or in the next hold, is included: E = Re G does not depend on the cycle. It changes sign
 where w ((d + a)/2 + D) + atan(w lag) = pi/2; above, the law spins the satellite up. d = 0 stands
 for the forms that take no difference (gyro, search coil, field model).
+
+Coils that are switched give each command in pulses. A pulse that fills its period acts as the held
+command does. The centre of a short one stands `pulse_s` after the middle of the period, half a
+period before it at the most and half a period after it: that much is added to D.
 """
 
 import math
@@ -29,7 +33,8 @@ MOST_LAG = 1e9
 class Sampling(NamedTuple):
     """Timing [s] of a sampled law: difference (0: none), hold, lag of the coils, coils off.
 
-    `delay_s`: age of the newest reading when the command is given.
+    `delay_s`: age of the newest reading when the command is given. `pulse_s`: how much later than
+    in the middle of its period a short pulse of switched coils acts; negative: earlier.
     """
 
     difference_s: float
@@ -37,6 +42,20 @@ class Sampling(NamedTuple):
     lag_s: float = 0.0
     measure_s: float = 0.0
     delay_s: float = 0.0
+    pulse_s: float = 0.0
+
+    @property
+    def limits_rad_s(self) -> tuple[float, float]:
+        """Greatest rates [rad/s] that are still damped: without pulses, and by short ones."""
+        pulsed = self.hold_s + 2.0 * self.pulse_s  # half a hold is its delay
+        both = ((each, self.lag_s, self.delay_s) for each in (self.hold_s, max(pulsed, 0.0)))
+        whole, short = (sampling_limit_rad_s(self.difference_s, *each) for each in both)
+        return whole, short
+
+    @property
+    def limit_rad_s(self) -> float:
+        """The lesser of both: up to it every command damps."""
+        return min(self.limits_rad_s)
 
     @property
     def times(self) -> tuple[float, float, float, float]:
@@ -58,7 +77,8 @@ class Sampling(NamedTuple):
         taken = f"differences over {self.difference_s:g} s" if self.difference_s else "readings"
         late = f" by coils with a lag of {self.lag_s:g} s" if self.lag_s else ""
         old = f", {self.delay_s:g} s old," if self.delay_s else ""
-        return f"{taken}{old} held for {self.hold_s:g} s{late}"
+        at_end = " in pulses at the end of each period" if self.pulse_s > 0.0 else ""
+        return f"{taken}{old} held for {self.hold_s:g} s{late}{at_end}"
 
 
 def damping_efficiency(
