@@ -7,7 +7,7 @@ FLOORS := build/floors
 # set in many containers; every process that the tests start would read the sources again
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: run test test-floors test-processors mutants lint bench bench-precision gallery docs lock clean torture
+.PHONY: run test test-floors test-processors mutants lint bench bench-precision gallery docs wheels lock clean torture
 
 run: $(STAMP)
 	$(BIN)/torquer run examples/chibis_m_detumble.toml
@@ -57,6 +57,11 @@ gallery: $(STAMP)
 # signals, damaged files and random scenarios by the hundreds: about half an hour
 torture: $(STAMP)
 	$(BIN)/python -m pytest -m slow tests/reliability
+
+# what users install: dist/torquer-*.whl, and dist/torquer_kernels-*.whl, compiled for this platform
+wheels: $(STAMP)
+	$(BIN)/python -m pip wheel --quiet --no-deps --no-build-isolation --wheel-dir dist .
+	$(BIN)/python packaging/kernels_wheel.py --out dist
 
 # the site of all pages, with search and formulas: build/docs/index.html
 docs: $(VENV)/docs

@@ -1,10 +1,11 @@
 """The first path of a newcomer, each step with its time: from a wheel to gains of an own satellite.
 
-    python packaging/newcomer.py WHEEL [--at-most SECONDS]
+    python packaging/newcomer.py WHEEL [WHEEL_OF_KERNELS] [--at-most SECONDS]
 
-In a temporary folder: a bare environment, `pip install WHEEL`, a scenario with the numbers of
-another satellite, `validate`, `design detumble`, and `run` with the gain that it chose. Nothing is
-compiled before. Exit code 1 if a step fails or all of it takes longer than SECONDS (600).
+In a temporary folder: a bare environment, `pip install WHEEL ...`, a scenario with the numbers of
+another satellite, `validate`, `design detumble`, and `run` with the gain that it chose. Without the
+wheel of kernels nothing is compiled before. Exit code 1 if a step fails or all of it takes longer
+than SECONDS (600).
 """
 
 import argparse
@@ -70,10 +71,10 @@ def with_own_numbers(text: str) -> str:
     return text
 
 
-def walked(newcomer: Newcomer, wheel: Path) -> float:
+def walked(newcomer: Newcomer, *wheels: Path) -> float:
     """Walk the path; the gain."""
     newcomer.step("python -m venv bare", sys.executable, "-m", "venv", "bare")
-    newcomer.step("pip install torquer", newcomer.python, "-m", "pip", "install", "-q", wheel)
+    newcomer.step("pip install torquer", newcomer.python, "-m", "pip", "install", "-q", *wheels)
     newcomer.torquer("init", "my_satellite")
     scenario = newcomer.folder / "my_satellite.toml"
     scenario.write_text(with_own_numbers(scenario.read_text("utf-8")), "utf-8")
@@ -87,13 +88,13 @@ def walked(newcomer: Newcomer, wheel: Path) -> float:
 def main() -> int:
     """Print a line for each step, the gain, and the sum."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("wheel", type=Path)
+    parser.add_argument("wheels", type=Path, nargs="+", metavar="wheel")
     parser.add_argument("--at-most", type=float, default=600.0)
     given = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="torquer-newcomer-") as name:
         newcomer = Newcomer(Path(name))
         try:
-            gain = walked(newcomer, given.wheel.resolve())
+            gain = walked(newcomer, *(wheel.resolve() for wheel in given.wheels))
         except subprocess.CalledProcessError as error:
             print(f"fails: {' '.join(error.cmd)}", file=sys.stderr)
             return 1

@@ -79,6 +79,12 @@ def citation(_: Path) -> None:
     must(f"\nversion: {VERSION}\n" in (ROOT / "CITATION.cff").read_text(), f"must be {VERSION}")
 
 
+def kernels(_: Path) -> None:
+    """the extra `kernels` asks for the kernels of this version"""
+    asked = PROJECT["optional-dependencies"]["kernels"]
+    must(asked == [f"torquer-kernels=={VERSION}"], f"must be of {VERSION}; received {asked[0]}")
+
+
 def recipe(_: Path) -> None:
     """the conda recipe has the dependencies of pyproject.toml"""
     text = (ROOT / "packaging/conda/meta.yaml").read_text().replace("matplotlib-base", "matplotlib")
@@ -146,7 +152,7 @@ def python(folder: Path) -> Path:
 
 
 Check = Callable[[Path], None]
-ALWAYS: tuple[Check, ...] = (citation, recipe, sdist, wheel, bare, typed, newcomer)
+ALWAYS: tuple[Check, ...] = (citation, kernels, recipe, sdist, wheel, bare, typed, newcomer)
 FOR_RELEASE: tuple[Check, ...] = (addresses, tree, changelog)
 
 

@@ -1,7 +1,6 @@
 """`torquer kernels`: compile now, for machines that shall not compile."""
 
 import os
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -15,6 +14,9 @@ from torquer.cli.loading import load_checked
 from torquer.cli.options import CodeOptions, Json, options
 from torquer.cli.output import harmless, make_writable, progress_bar
 
+#: Runs of a campaign that is flown to compile: as many as fly side by side.
+_RUNS = 16
+
 
 @options
 class KernelOptions:
@@ -26,6 +28,8 @@ class KernelOptions:
 
 def build(*scenarios: Path, how: KernelOptions) -> int:
     """Compile what the runs of SCENARIOS need, for any processor of this kind.
+
+    A scenario with a table [campaign] is also flown as a campaign.
 
     Where TORQUER_KERNELS names the folder, `torquer` reads its code instead of compiling.
     """
@@ -58,16 +62,26 @@ def build(*scenarios: Path, how: KernelOptions) -> int:
 
 
 def _compile(scenario: Path, folder: Path) -> None:
-    """Run a scenario with its report in a process that keeps its compiled code in the folder."""
+    """Fly a scenario, with its report, in processes that keep their compiled code in the folder."""
     from torquer.compile.ready import GENERIC, VARIABLE
 
     given = {**os.environ, **GENERIC, VARIABLE: "", "TORQUER_CACHE_DIR": str(folder.absolute())}
     given.pop("NUMBA_DISABLE_JIT", None)
-    out = tempfile.mkdtemp(prefix="torquer-kernels-")
-    command = [sys.executable, "-m", "torquer", "run", str(scenario), "--out", out]
-    try:
-        ended = subprocess.run(command, env=given, capture_output=True, text=True)
-    finally:
-        shutil.rmtree(out, ignore_errors=True)
-    if ended.returncode:
-        raise ValueError(f"{scenario}: its run failed: {ended.stderr.strip().splitlines()[-1]}")
+    with tempfile.TemporaryDirectory(prefix="torquer-kernels-", ignore_cleanup_errors=True) as out:
+        for words in _flights(scenario, Path(out)):
+            command = [sys.executable, "-m", "torquer", *words]
+            ended = subprocess.run(command, env=given, capture_output=True, text=True)
+            if ended.returncode:
+                last = ended.stderr.strip().splitlines()[-1]
+                raise ValueError(f"{scenario}: its {words[0]} failed: {last}")
+
+
+def _flights(scenario: Path, out: Path) -> list[list[str]]:
+    """Commands that fly a scenario: its run, and some runs of its campaign if it has one."""
+    from torquer.scenario.load import parse_toml, read_text
+
+    run = ["run", str(scenario), "--out", str(out / "run")]
+    if "campaign" not in parse_toml(read_text(scenario, "scenario"), "scenario"):
+        return [run]
+    fly = ["campaign", str(scenario), "--runs", str(_RUNS), "--out", str(out / "campaign")]
+    return [run, fly]

@@ -104,9 +104,7 @@ def _file(name: str) -> Markup:
 
 def _library() -> Markup:
     """plotly.js, packed."""
-    from plotly.offline import get_plotlyjs
-
-    return _pack(get_plotlyjs())
+    return Markup(encode((_TEMPLATES / "plotly.min.js.gz").read_bytes()))
 
 
 def embed(figure: dict) -> Markup:
