@@ -19,6 +19,7 @@ DEAR = (
     "tests/computer/laws/test_magneto_gyro_flights.py",
     "tests/simulation/test_own_keys.py",
     "tests/spacecraft/wheel_array/test_steering.py",
+    "tests/campaign/test_momenta.py",
     "tests/reliability/test_cache.py",
     "tests/theory/slow/test_averaging.py",
 )
