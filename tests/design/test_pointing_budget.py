@@ -13,7 +13,7 @@ from torquer.analysis.pointing.asked import COILS_GIVE, WHEELS_PUSH, WHEELS_TURN
 from torquer.analysis.pointing.setting import held_scenario
 from torquer.base.limits import RequestError
 from torquer.compile import engine
-from torquer.design import PointingRequest, pointing_budget
+from torquer.design import PointingRequest, pointing_budget, three_axis
 
 EXAMPLE = Path(__file__).parents[2] / "examples/pointing_budget.toml"
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
@@ -244,6 +244,21 @@ def test_a_gyro_that_cannot_read_the_wanted_rate_is_refused():
     text = r"^spacecraft.gyro.range_deg_s: must be above the wanted rate, 0\.06\d* deg/s, for a "
     with pytest.raises(ValueError, match=text):
         pointing_budget(scenario, ALONE)
+
+
+@pytest.mark.parametrize("coils", [2, 1])
+def test_coils_that_do_not_span_three_axes_have_no_linear_theory(coils):
+    """Their numbers would be those of three coils."""
+    scenario = load_scenario(EXAMPLE.parent / "magnetic_hold.toml")
+    axes = [[1, 0, 0], [0, 1, 0]][:coils]
+    few = scenario.replace("spacecraft.coils", {"axes": axes, "limit_a_m2": 0.2})
+    for answer, purpose in (
+        (lambda: pointing_budget(few, ALONE), "a pointing budget"),
+        (lambda: three_axis(few), "gains of three axes"),
+    ):
+        says = f"coils.axes: must span all three axes for {purpose}, .* {coils} that span {coils}"
+        with pytest.raises(ValueError, match=says):
+            answer()
 
 
 def test_imbalance_of_a_satellite_without_wheels_is_refused():

@@ -76,6 +76,8 @@ def _check_devices(scenario: Scenario) -> None:
                 f"of one attitude_sensor and one gyro; received {flown.said}"
             )
     wheels, by_wheels = craft.wheels, isinstance(holder_of(scenario)[1], HeldByWheels)
+    if craft.coils is not None and not by_wheels:
+        craft.coils.check_axes("a pointing budget")
     keys = [
         key
         for cause in acting_causes(scenario)
