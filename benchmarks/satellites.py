@@ -23,7 +23,6 @@ from torquer.campaign.plain import with_flat_keys
 from torquer.campaign.statistics import quantile
 from torquer.design import DetumbleRequest, three_axis
 from torquer.design.detumbling import without_flights
-from torquer.design.stopping import releases_stop_along_s
 from torquer.scenario.change import with_values
 from torquer.scenario.toml_text import parse_toml
 
@@ -52,7 +51,7 @@ def stopping(scenario, campaign) -> dict:
     rate, gain = campaign.vary["initial.rate_deg_s"].magnitude, scenario.control.law
     gain = gain.gain_a_m2_s_per_t
     wanted = DetumbleRequest(tip_off_deg_s=rate.values[0])
-    promised = quantile(releases_stop_along_s(without_flights(scenario, wanted), gain), 0.5)
+    promised = quantile(without_flights(scenario, wanted).releases_by_theory_s(gain), 0.5)
     settled = fly_campaign(scenario, campaign).settling_s.values
     settled = np.where(np.isnan(settled), np.inf, settled)
     return {

@@ -146,6 +146,23 @@ def test_a_cause_without_which_all_arrive_limits_whatever_the_error():
     assert said in found.lines()
 
 
+def test_what_limits_most_of_the_error_is_named_where_not_all_arrive_without_it(satellite):
+    """Text and data name the same: gravity, of which a law is designed with, or a dipole."""
+    flown, better, all_but = Flown(0, 16, 149.0), Flown(10, 16, 0.04), Flown(12, 16, 0.03)
+    alone = {"gravity gradient": better, "sampling and lag": flown}
+    found = Failure("it", "error", "deg", flown, alone, ((), Flown(0, 0, math.nan)))
+    assert found.limiting == found.data()["limiting"] == "gravity gradient"
+    assert found.lines()[-1] == (
+        "why: what limits: gravity gradient, 100 % of it, but not alone; even without it: 10 of "
+        "16, median 0.04 deg"
+    )
+    alone = {"residual dipole": better, "noise": flown}
+    found = Failure("it", "error", "deg", flown, alone, (("residual dipole", "noise"), all_but))
+    assert found.lines()[-1].endswith(
+        "even without residual dipole, noise: 12 of 16, median 0.03 deg"
+    )
+
+
 def test_a_law_that_does_not_exist_is_no_answer(satellite):
     def none(scenario, seed):
         raise ArithmeticError("no such regulator")

@@ -2,17 +2,18 @@
 
 import json
 import math
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from torquer import load_scenario, plot, simulate
-from torquer.analysis.pointing.asked import COILS_GIVE
+from torquer.analysis.pointing.asked import COILS_GIVE, WHEELS_PUSH, WHEELS_TURN
 from torquer.analysis.pointing.setting import held_scenario
 from torquer.base.limits import RequestError
 from torquer.compile import engine
-from torquer.design import PointingRequest, pointing_budget
+from torquer.design import PointingRequest, pointing_budget, three_axis
 
 EXAMPLE = Path(__file__).parents[2] / "examples/pointing_budget.toml"
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
@@ -89,6 +90,18 @@ def test_constant_errors_are_steady_and_squares_add(predicted):
     assert data["all"]["ape"]["predicted"]["rms_deg"] == pytest.approx(math.sqrt(sum(squares)))
 
 
+def test_no_error_of_knowledge_is_predicted_beyond_the_linear_theory(make):
+    """The loop filters a noise of 15 deg to little, but what is known is off by 26 deg."""
+    noisy = {"spacecraft.attitude_sensor": {"noise_deg": 15.0},
+             "control.law.bandwidth_rad_s": 0.002, "simulation.duration_s": 9000.0}  # fmt: skip
+    found = pointing_budget(make(HELD | noisy), ALONE)
+    noise, whole = rows(found)["attitude_sensor_noise"], found.data()["all"]
+    for each in (noise, whole):
+        assert each["why_none"].startswith("beyond 19 deg, where the linear theory ends")
+        assert [each[kind]["predicted"] for kind in ("ape", "rpe", "ake")] == [None] * 3
+    assert found.verdict.state == "doubtful"
+
+
 def test_the_answer_in_all_forms(predicted):
     json.dumps(predicted.data(), allow_nan=False)
     text = "\n".join(predicted.lines())
@@ -151,6 +164,29 @@ def test_wheels_that_saturate_are_told_without_flights(make):
     assert "speed of a wheel over its limit" in verdict.lines()[0]
 
 
+def test_motors_that_saturate_are_told_without_flights(make):
+    """A held torque of 1e-6 N m a flight on each axis: twice that with two sigma."""
+    given = HELD | {"disturbance": {"constant_torque_n_m": [1e-6, 1e-6, 1e-6]}}
+    for limit, state in ((2.2e-6, "valid"), (1e-6, "doubtful")):
+        wheels = {**WHEELS, "torque_limit_n_m": limit}
+        verdict = pointing_budget(make(given | {"spacecraft.wheels": wheels}), ALONE).verdict
+        assert verdict.state == state
+    (doubt,) = verdict.doubts
+    assert doubt.limit is WHEELS_PUSH and doubt.value == pytest.approx(2.0, rel=0.03)
+    assert re.search(r"^wheel \d is asked for \S+e-06 N m \(mean and 2 sigma.* of 1e-06: ",
+                     doubt.text)  # fmt: skip
+
+
+def test_wheels_beyond_their_speed_are_told_beside_errors_beyond_the_theory(make):
+    """Errors are not told, but why they may not hold is, for every number that is."""
+    law = {**HELD["control"]["law"], "euler_deg": [20, 35, 70]}
+    given = {"environment.gravity_gradient": True, "control.law": law,
+             "disturbance": {"constant_torque_n_m": [1e-4, 0.0, 0.0]}}  # fmt: skip
+    wheels = {**WHEELS, "initial_speed_rpm": 5990.0}
+    verdict = pointing_budget(make(HELD | given | {"spacecraft.wheels": wheels}), ALONE).verdict
+    assert len(verdict.doubts) == 2 and verdict.doubts[1].limit is WHEELS_TURN
+
+
 @needs_jit
 @pytest.mark.slow
 def test_coils_that_saturate_are_told_without_flights():
@@ -170,7 +206,15 @@ def test_coils_that_saturate_are_told_without_flights():
     ("changes", "text"),
     [
         ({"control.law": {"kind": "off"}}, "control: must have one law that holds an attitude"),
-        ({"simulation.duration_s": 200.0}, "errors at the start must decay to 2 % within the run"),
+        (
+            {"simulation.duration_s": 30.0},
+            r"^simulation: must last until errors at the start decay to 2 %.*; received 30 s, "
+            r"after which \d\d % are left",
+        ),
+        (
+            {"control.sample_s": 100.0, "simulation": {"duration_s": 1500.0, "record_s": 100.0}},
+            r"^control.law: must have gains with which errors at the start decay.* they grow .* in",
+        ),
         ({"spacecraft.gyro": {"sample_s": 2.0}}, r"spacecraft.gyro.sample_s: must be left out"),
         ({"control.estimator": KALMAN}, "control.estimator: must be left out"),
         ({"spacecraft.attitude_sensor": BLIND}, "attitude_sensor.sun_exclusion_deg: must be left"),
@@ -200,6 +244,21 @@ def test_a_gyro_that_cannot_read_the_wanted_rate_is_refused():
     text = r"^spacecraft.gyro.range_deg_s: must be above the wanted rate, 0\.06\d* deg/s, for a "
     with pytest.raises(ValueError, match=text):
         pointing_budget(scenario, ALONE)
+
+
+@pytest.mark.parametrize("coils", [2, 1])
+def test_coils_that_do_not_span_three_axes_have_no_linear_theory(coils):
+    """Their numbers would be those of three coils."""
+    scenario = load_scenario(EXAMPLE.parent / "magnetic_hold.toml")
+    axes = [[1, 0, 0], [0, 1, 0]][:coils]
+    few = scenario.replace("spacecraft.coils", {"axes": axes, "limit_a_m2": 0.2})
+    for answer, purpose in (
+        (lambda: pointing_budget(few, ALONE), "a pointing budget"),
+        (lambda: three_axis(few), "gains of three axes"),
+    ):
+        says = f"coils.axes: must span all three axes for {purpose}, .* {coils} that span {coils}"
+        with pytest.raises(ValueError, match=says):
+            answer()
 
 
 def test_imbalance_of_a_satellite_without_wheels_is_refused():

@@ -116,14 +116,21 @@ class Failure:
         ]
 
     def _limit(self) -> str:
-        if (name := self.limiting) is not None and self.without[name].is_enough:
+        name = self.limiting
+        if name is not None and self.without[name].is_enough:
             if self.share(name) >= _LIMITS:
                 return f"what limits: {name}, {100.0 * self.share(name):.0f} % of it"
             return f"what limits: {name}; without it {self._told(self.without[name])}"
         names, flown = self.together
+        told = f"{', '.join(names)}: {self._told(flown)}"
+        if name is not None and not flown.is_enough:
+            rest = told if names else f"it: {self._told(self.without[name])}"
+            return (
+                f"what limits: {name}, {100.0 * self.share(name):.0f} % of it, but not alone; even "
+                f"without {rest}"
+            )
         if not names:
             return "what limits: nothing disturbs it; the design is too weak for these starts"
-        told = f"{', '.join(names)}: {self._told(flown)}"
         if flown.is_enough:
             return f"what limits: no cause alone; without {told}"
         return f"what limits: no disturbance; even without {told}"

@@ -30,13 +30,16 @@ def is_confirmed(settled_s: np.ndarray, theory_s: float) -> bool:
     return all_do and theory_s > 0.0 and FLOWN.holds(quantile(settled_s, 0.5) / theory_s)
 
 
-def doubts_by_flights(settled_s: np.ndarray, theory_s: float, goal: str) -> tuple[Doubt, ...]:
+def doubts_by_flights(
+    settled_s: np.ndarray, theory_s: float, goal: str, pace: Limit = PACE
+) -> tuple[Doubt, ...]:
     """A doubt where releases do not arrive, or half of them in another time [s] than by theory.
 
-    `settled_s`: their times [s], infinite where one does not; `goal`: what they are to do.
+    `settled_s`: their times [s], infinite where one does not; `goal`: what they are to do; `pace`:
+    bounds of the time flown over the formula's.
     """
     if never := int(np.count_nonzero(np.isinf(settled_s))):
         words = f"{never} of {len(settled_s)} releases do not {goal}"
         return (Doubt(NEVER, float(never), words),)
     half_s = quantile(settled_s, 0.5)
-    return judge((PACE, half_s / theory_s if theory_s > 0.0 else math.inf)).doubts
+    return judge((pace, half_s / theory_s if theory_s > 0.0 else math.inf)).doubts

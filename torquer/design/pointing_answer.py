@@ -219,8 +219,9 @@ def pointing_budget(
     """
     held = held_scenario(scenario)
     setting, causes = make_setting(held, request.window_s), causes_of(held)
-    found = {cause.name: _within_theory(setting, predict(setting, cause)) for cause in causes}
-    flights = _Flown(setting, causes, request, progress)
+    linear = {cause.name: predict(setting, cause) for cause in causes}
+    found = {name: _within_theory(setting, effect) for name, effect in linear.items()}
+    flights = _Flown(setting, causes, request, _of_knowledge(linear), progress)
     lines = [_line(setting, request, cause, found[cause.name], flights) for cause in causes]
     known = [effect for effect in found.values() if isinstance(effect, Effect)]
     shaken = imbalance(setting, request)
@@ -242,24 +243,33 @@ def pointing_budget(
 
 
 def _within_theory(setting: Setting, effect: Effect | str) -> Effect | str:
-    """An effect, or why there is none: it lies beyond small turns."""
+    """An effect, or why there is none: what it turns, or what is known, lies beyond small turns."""
     if isinstance(effect, str):
         return effect
-    absolute = predicted_errors(effect.pointing, setting.first, setting.size, 0.95)
-    if LEAN.holds(absolute.quantile_rad):
-        return effect
-    return _BEYOND
+    for part in effect:
+        if not LEAN.holds(predicted_errors(part, setting.first, setting.size, 0.95).quantile_rad):
+            return _BEYOND
+    return effect
+
+
+def _of_knowledge(effects: dict[str, Effect | str]) -> set[str]:
+    """Names of the causes that err in what is known of the attitude."""
+    return {
+        name for name, effect in effects.items()
+        if isinstance(effect, Effect) and not effect.knowledge.is_none
+    }  # fmt: skip
 
 
 def _verdict(setting: Setting, total: BudgetLine, whole: Effect | str) -> Verdict:
     """Whether all causes together stay where turns are small, and within the actuators' limits."""
     if isinstance(whole, str):
-        return Verdict((Doubt(LEAN, math.nan, f"all causes: {total.why_none}"),))
+        doubt = Doubt(LEAN, math.nan, f"all causes: {total.why_none}")
+        return Verdict((doubt, *saturations(setting, None)))
     return Verdict(tuple(saturations(setting, whole)))
 
 
 def _line(setting, request, cause: Cause, effect: Effect | str, flights) -> BudgetLine:
-    flown = None if flights is None else flights.of(cause, effect)
+    flown = None if flights is None else flights.of(cause)
     if isinstance(effect, str):
         return BudgetLine(cause, None, effect, flown)
     counted = setting.first, setting.size, request.confidence
@@ -274,9 +284,17 @@ def _line(setting, request, cause: Cause, effect: Effect | str, flights) -> Budg
 class _Flown:
     """The flights of a budget, each kind when its line is made."""
 
-    def __init__(self, setting: Setting, causes: list[Cause], request: PointingRequest, progress):
+    def __init__(
+        self,
+        setting: Setting,
+        causes: list[Cause],
+        request: PointingRequest,
+        knows: set[str],
+        progress: Callable[[int, int], None] | None,
+    ):
         self._setting, self._causes, self._count = setting, causes, request.flights
-        self._flights, self._progress = Flights(setting, request.confidence), progress
+        self._knows, self._progress = knows, progress
+        self._flights = Flights(setting, request.confidence)
         self._baseline: FlightErrors | None = None
         self._done, self._total = 0, sum(self._flights_of(cause) for cause in causes)
         self._total += request.flights
@@ -284,7 +302,7 @@ class _Flown:
     def _flights_of(self, cause: Cause) -> int:
         return self._count if cause.differs else min(1, self._count)
 
-    def of(self, cause: Cause, effect: Effect | str) -> FlownErrors | None:
+    def of(self, cause: Cause) -> FlownErrors | None:
         """Flights with a cause, or all of them; None if none are wanted."""
         if self._count == 0:
             return None
@@ -297,8 +315,7 @@ class _Flown:
         if cause.name == ALWAYS:
             self._baseline = self._flights.alone(bare)
             return self._flights.with_causes(bare, [cause], None, 1, True, self._flown)
-        known = isinstance(effect, Effect) and not effect.knowledge.is_none
-        count = self._flights_of(cause)
+        count, known = self._flights_of(cause), cause.name in self._knows
         return self._flights.with_causes(bare, [cause], self._baseline, count, known, self._flown)
 
     def _flown(self, flights: int) -> None:

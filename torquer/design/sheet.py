@@ -24,7 +24,6 @@ from torquer.design.left_out import (
     size_classes,
 )
 from torquer.design.requests import DetumbleRequest, SheetRequest
-from torquer.design.stopping import releases_stop_along_s
 from torquer.scenario.load import scenario_from_text
 from torquer.spacecraft.masses import MassProperties, mass_properties
 from torquer.spacecraft.parts import AnyPart, Plate
@@ -82,7 +81,7 @@ def from_sheet(request: SheetRequest) -> Sheet:
     )
     found = _by_theory(sheet, request)
     gain = float(f"{found.theory_gain:.3g}")
-    sheet = sheet._replace(gain=gain, promised_s=quantile(releases_stop_along_s(found, gain), 0.5))
+    sheet = sheet._replace(gain=gain, promised_s=quantile(found.releases_by_theory_s(gain), 0.5))
     period_s = 2.0 * math.pi / found.scenario.orbit.rate_rad_s(found.scenario.start)
     revolutions = math.ceil(max(_LEAST, _TIMES * sheet.promised_s / period_s))
     return sheet._replace(text=_text(sheet, request, revolutions))

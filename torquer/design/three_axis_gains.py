@@ -123,6 +123,7 @@ def _task(scenario: Scenario, request: ThreeAxisRequest) -> tuple[DesignTask, tu
     craft, control = scenario.spacecraft, scenario.control
     if craft.coils is None:
         raise ValueError("spacecraft.coils: must be given for magnetic control; received none")
+    craft.coils.check_axes("gains of three axes")
     held, notes = _attitude(control)
     hold = AttitudeHold.of_scenario(scenario, held.law(), request.revolutions)
     sensor, gyro, disturbance = (

@@ -11,6 +11,7 @@ from torquer.theory.three_axis.effects import (
     Loop,
     decay_s,
     make_loop,
+    part_left,
     relative_to_mean,
     spread_under,
     states_under,
@@ -129,5 +130,14 @@ def test_a_loop_that_grows_beyond_all_numbers_does_not_decay():
     """Of a body whose axis has next to no inertia: its numbers end before the run does."""
     steps = np.tile(10.0 * np.eye(6), (400, 1, 1))
     loop = Loop(np.arange(400.0), steps, *(None,) * 6)
-    with np.errstate(all="ignore"), pytest.raises(ArithmeticError, match="they do not"):
-        decay_s(loop)
+    with np.errstate(all="ignore"):
+        assert decay_s(loop) == part_left(loop) == math.inf
+
+
+@pytest.mark.parametrize("least", [0.9, 1.1])
+def test_the_state_that_decays_least_tells_what_is_left(least):
+    """Of independent states, each with its factor a step."""
+    steps = np.tile(np.diag([0.1, 0.2, 0.3, 0.4, 0.5, least]), (20, 1, 1))
+    loop = Loop(np.arange(20.0), steps, *(None,) * 6)
+    assert part_left(loop) == pytest.approx(least**20)
+    assert decay_s(loop) == math.inf

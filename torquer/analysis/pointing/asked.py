@@ -12,48 +12,74 @@ from torquer.theory.validity import Doubt, Limit
 COILS_GIVE = Limit("dipole asked of a coil over its limit", most=1.0,
                    why="a coil saturates, and the loop is no longer linear")  # fmt: skip
 WHEELS_TURN = Limit("speed of a wheel over its limit", most=1.0, why="a wheel saturates")
-#: Standard deviations that coils must still give.
+WHEELS_PUSH = Limit("torque asked of a wheel over its limit", most=1.0,
+                    why="a wheel's motor saturates, and the loop is no longer linear")  # fmt: skip
+#: Standard deviations that coils and motors must still give.
 _SIGMAS = 2.0
 
 
-def saturations(setting: Setting, whole: Effect) -> list[Doubt]:
+def saturations(setting: Setting, whole: Effect | None) -> list[Doubt]:
     """Doubts where all causes together ask for more than coils or wheels have.
 
-    Of coils: the mean and two standard deviations, at the worst instant. Of wheels the speed, from
-    the momentum that they take; none where other laws may unload them.
+    Of coils, and of the motors of wheels: the mean and two standard deviations, at the worst
+    instant; nothing is said where `whole` is None. Of wheels also the speed, from the momentum that
+    they take. Nothing is said of wheels that other laws may unload.
     """
+    if not isinstance(setting.hold.law.spec, HeldByWheels):
+        return [] if whole is None else _driven(setting, whole)
     wheels = setting.scenario.spacecraft.wheels
-    if isinstance(setting.hold.law.spec, HeldByWheels):
-        speeds = None if setting.scenario.control.laws else wheel_speeds(setting)
-        if wheels is None or speeds is None:
-            return []
-        share = float(np.abs(speeds[setting.first :]).max() / wheels.speed_limit_rad_s)
-        return [] if WHEELS_TURN.holds(share) else [Doubt(WHEELS_TURN, share)]
-    share, coil, limit = most_of_a_coil(setting, whole)
-    if COILS_GIVE.holds(share):
+    speeds = None if setting.scenario.control.laws else wheel_speeds(setting)
+    if wheels is None or speeds is None:
+        return []
+    share = float(np.abs(speeds[setting.first :]).max() / wheels.speed_limit_rad_s)
+    fast = [] if WHEELS_TURN.holds(share) else [Doubt(WHEELS_TURN, share)]
+    return fast if whole is None else [*fast, *_pushed(setting, whole)]
+
+
+def _pushed(setting: Setting, whole: Effect) -> list[Doubt]:
+    """Of the torques of the wheels' motors."""
+    array = setting.scenario.spacecraft.wheels.array()
+    shares = np.linalg.pinv(np.array(array.axes).T)
+    found = most_asked(setting, whole, shares, array.torque_limits())
+    return _doubts(WHEELS_PUSH, *found, "wheel", "N m")
+
+
+def _driven(setting: Setting, whole: Effect) -> list[Doubt]:
+    """Of the dipoles of the coils."""
+    coils = setting.scenario.spacecraft.coils
+    assert coils is not None
+    found = most_asked(setting, whole, coils.shares(), coils.limits_a_m2())
+    return _doubts(COILS_GIVE, *found, "coil", "A m^2")
+
+
+def _doubts(bound: Limit, share: float, number: int, most: float, said: str, unit: str):
+    """What is asked of an actuator beyond its limit."""
+    if bound.holds(share):
         return []
     words = (
-        f"coil {coil} is asked for {share * limit:.3g} A m^2 (mean and {_SIGMAS:g} sigma, without "
-        f"what linear theory has no number for) of {limit:.3g}: {COILS_GIVE.why}"
+        f"{said} {number} is asked for {share * most:.3g} {unit} (mean and {_SIGMAS:g} sigma, "
+        f"without what linear theory has no number for) of {most:.3g}: {bound.why}"
     )
-    return [Doubt(COILS_GIVE, share, words)]
+    return [Doubt(bound, share, words)]
 
 
-def most_of_a_coil(setting: Setting, whole: Effect) -> tuple[float, int, float]:
-    """Greatest part of a limit that is asked of a coil, its number and its limit [A m^2].
+def most_asked(
+    setting: Setting, whole: Effect, shares: np.ndarray, limits: np.ndarray
+) -> tuple[float, int, float]:
+    """Greatest part of a limit that is asked of an actuator, its number and its limit.
 
-    Noise of the readings goes straight into the command; what else it does to the rate is left out.
+    `shares` (actuators, 3): of each in a unit of what the law asks for along the body's axes;
+    `limits` (actuators,). Noise of the readings goes straight into the command; what else it does
+    to the rate is left out.
     """
-    coils, first = setting.scenario.spacecraft.coils, setting.first
-    assert coils is not None
-    per_state = coils.shares() @ setting.loop.gains
+    first = setting.first
+    per_state = shares @ setting.loop.gains
     mean = np.einsum("nci,ni->nc", per_state, _states(setting, whole.pointing.mean))
     units = per_state @ _states(setting, whole.pointing.units)
     squares = np.sum(units**2, axis=2) + _noise(setting, per_state, whole)
     asked = (np.abs(mean) + _SIGMAS * np.sqrt(squares))[first:].max(axis=0)
-    limits = coils.limits_a_m2()
-    coil = int(np.argmax(asked / limits))
-    return float(asked[coil] / limits[coil]), coil, float(limits[coil])
+    most = int(np.argmax(asked / limits))
+    return float(asked[most] / limits[most]), most, float(limits[most])
 
 
 def _states(setting: Setting, turns: np.ndarray) -> np.ndarray:
@@ -63,7 +89,7 @@ def _states(setting: Setting, turns: np.ndarray) -> np.ndarray:
 
 
 def _noise(setting: Setting, per_state: np.ndarray, whole: Effect) -> np.ndarray:
-    """Variances (n, coils) of what noise asks for."""
+    """Variances (n, actuators) of what noise asks for."""
 
     def through(part: Part) -> np.ndarray:
         if part.spread is None:

@@ -26,7 +26,8 @@ def holder_of(scenario: Scenario) -> tuple[str, HeldAttitude]:
         received = "modes" if named.modes is not None else f"{len(found)} such laws"
         raise ValueError(
             "control: must have one law that holds an attitude, and no modes, for a pointing "
-            f"budget; received {received}"
+            f"budget; received {received} (`torquer init NAME --example pointing_budget` writes a "
+            "scenario that has it)"
         )
     return next(iter(found.items()))
 

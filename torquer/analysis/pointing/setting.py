@@ -13,7 +13,7 @@ from torquer.computer.laws.pointing import HeldByWheels
 from torquer.maths.geometry.attitudes import to_body, to_reference
 from torquer.scenario.change import value_at, with_values
 from torquer.scenario.spec import Scenario
-from torquer.theory.three_axis.effects import Loop, Wheels, decay_s, make_loop
+from torquer.theory.three_axis.effects import Loop, Wheels, decay_s, make_loop, part_left
 from torquer.theory.three_axis.hold import AttitudeHold
 from torquer.theory.three_axis.linearise import wanted_motion
 from torquer.theory.three_axis.sampled import Cycle, SampledHold
@@ -76,6 +76,8 @@ def _check_devices(scenario: Scenario) -> None:
                 f"of one attitude_sensor and one gyro; received {flown.said}"
             )
     wheels, by_wheels = craft.wheels, isinstance(holder_of(scenario)[1], HeldByWheels)
+    if craft.coils is not None and not by_wheels:
+        craft.coils.check_axes("a pointing budget")
     keys = [
         key
         for cause in acting_causes(scenario)
@@ -119,10 +121,13 @@ def make_setting(scenario: Scenario, window_s: float) -> Setting:
     momentum = _momentum(scenario, sampled, q, sum(torques.values()))
     try:
         wheels = None if momentum is None else Wheels(momentum, rates)
-        loop = make_loop(sampled, wheels).until(scenario.length_s)
-        settled_s = decay_s(loop)
+        whole = make_loop(sampled, wheels)
     except ArithmeticError as error:
         raise ValueError(str(error)) from None
+    loop = whole.until(scenario.length_s)
+    settled_s = decay_s(loop)
+    if settled_s == math.inf:
+        raise ValueError(_undecayed(scenario, whole, loop))
     size = max(2, round(window_s / loop.cycle_s))
     first = math.ceil(settled_s / loop.cycle_s / size) * size
     if len(loop.t_s) - first < max(2 * size, 0.5 * len(loop.t_s)):
@@ -136,6 +141,24 @@ def make_setting(scenario: Scenario, window_s: float) -> Setting:
         scenario, hold, loop, {name: each[:count] for name, each in torques.items()},
         q[:count], rates[:count], None if momentum is None else momentum[:count], size, first,
     )  # fmt: skip
+
+
+def _undecayed(scenario: Scenario, whole: Loop, loop: Loop) -> str:
+    """Why errors at the start stay: by the loop over whole revolutions, or by that of the run."""
+    left = part_left(whole)
+    if left >= 1.0:
+        name, _ = holder_of(scenario)
+        over = f"{left:.3g} times in {whole.cycle_s * len(whole.t_s):.4g} s"
+        return (
+            f"control.{scenario.control.key_of(name)}: must have gains with which errors at the "
+            "start decay, for a pointing budget; by linear theory they grow "
+            f"{over if math.isfinite(left) else 'beyond all numbers'}"
+        )
+    return (
+        "simulation: must last until errors at the start decay to 2 %, for a pointing budget; "
+        f"received {scenario.length_s:.6g} s, after which {100.0 * part_left(loop):.2g} % are left "
+        "(greater gains may decay sooner)"
+    )
 
 
 def _hold(scenario: Scenario) -> AttitudeHold:

@@ -67,8 +67,9 @@ def _draw_times(axes, sweep: GainSweep, gains: np.ndarray) -> None:
     first = np.array([each.first_by(0.5) for each in sweep.flights]) / 3600.0
     axes.plot(gains, np.where(np.isfinite(first), first, np.nan), "o:", color=BLUE, ms=3, lw=1.0,
               label="half, first")  # fmt: skip
-    theory = np.array([sweep.theory_s(gain) for gain in gains]) / 3600.0
-    axes.plot(gains, theory, color=INK, lw=1.0, ls="--", label="theory, mean")
+    theory = np.array([*sweep.halves_by_theory_s.values()]) / 3600.0
+    axes.plot(gains, np.where(np.isfinite(theory), theory, np.nan), color=INK, lw=1.0, ls="--",
+              label="half, by theory")  # fmt: skip
     axes.set_ylabel("stopped after [h]", fontsize=9.5)
     axes.set_ylim(0.0, 1.05 * sweep.duration_s / 3600.0)
     if sweep.wanted.within_s is not None:

@@ -388,6 +388,16 @@ class Coils(Spec):
         """Dipole of each coil (n, 3) per component of a commanded vector: the pseudo-inverse."""
         return np.linalg.pinv(np.array(self.axes).T)
 
+    def check_axes(self, purpose: str) -> None:
+        """ValueError unless the coils can give a dipole along every direction."""
+        spanned = int(np.linalg.matrix_rank(np.array(self.axes)))
+        if spanned < 3:
+            raise ValueError(
+                f"spacecraft.coils.axes: must span all three axes for {purpose}, whose linear "
+                "theory has coils that give the dipole that a law asks for; received "
+                f"{len(self.axes)} that span {spanned}"
+            )
+
     def reach_a_m2(self) -> np.ndarray:
         """Greatest dipole (3,) [A m^2] along each body axis by itself."""
         shares = np.abs(self.shares())

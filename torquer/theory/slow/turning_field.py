@@ -51,10 +51,13 @@ def releases_stop_s(
     random = np.random.default_rng(_SEED)
     starts, moments = random.integers(0, len(b) // 2, releases), np.asarray(moments_kg_m2)
     w = _first_rates(random, releases, moments, from_rad_s)
+    dipoles = _mean_dipoles(case)
     stopped_s = np.full(releases, np.inf)
     for step in range(len(b) // 2 - 1):
         at = starts + step
-        slowed = _slowed(case, gain, w, along[at], strength[at], turning[at], moments.max(), step_s)
+        slowed = _slowed(
+            case, gain, dipoles, w, along[at], strength[at], turning[at], moments.max(), step_s
+        )
         w, is_below = slowed, np.linalg.norm(slowed, axis=1) < below_rad_s
         stopped_s = np.where(is_below, np.minimum(stopped_s, (step + 1) * step_s), np.inf)
         if is_below.all() and (step + 1) * step_s > 2.0 * stopped_s.max():
@@ -74,22 +77,29 @@ def _directions(random, count: int) -> np.ndarray:
     return found / np.linalg.norm(found, axis=1)[:, None]
 
 
-def _slowed(case: Tumbling, gain, w, along, strength, turning, inertia, step_s) -> np.ndarray:
+def _slowed(
+    case: Tumbling, gain, dipoles, w, along, strength, turning, inertia, step_s
+) -> np.ndarray:
     """The rates after a step; a part that decays within it decays exponentially."""
     relative = w - turning
     across = relative - np.sum(relative * along, axis=1)[:, None] * along
     size, rate = np.linalg.norm(across, axis=1), np.linalg.norm(w, axis=1)
     read = np.abs(np.sinc(rate * case.sampling.difference_s / (2.0 * math.pi)))
     efficiency = damping_efficiency(rate, *case.sampling.times) / np.maximum(read, 1e-9)
-    dipole = _mean_dipole(case, gain * size * strength * read)
+    dipole = _mean_dipole(case, dipoles, gain * size * strength * read)
     decay = case.duty * efficiency * dipole * strength / inertia * step_s / np.maximum(size, 1e-12)
     return w + np.expm1(-decay)[:, None] * across
 
 
-def _mean_dipole(case: Tumbling, commanded) -> np.ndarray:
-    """Mean dipole along commands; below the limits it is proportional to them."""
+def _mean_dipoles(case: Tumbling) -> tuple[np.ndarray, np.ndarray]:
+    """Sizes of commands, and the mean dipoles along them."""
     sizes = _SIZES * float(case.coils.limits_a_m2().min())
-    means = mean_dipole_a_m2(case.coils, sizes)
+    return sizes, mean_dipole_a_m2(case.coils, sizes)
+
+
+def _mean_dipole(case: Tumbling, dipoles, commanded) -> np.ndarray:
+    """Mean dipole along commands; below the limits it is proportional to them."""
+    sizes, means = dipoles
     found = np.interp(commanded, sizes, means)
     if case.coils.saturation == "relay":
         return found
