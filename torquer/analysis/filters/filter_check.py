@@ -3,7 +3,7 @@
 import math
 import os
 from collections.abc import Callable, Iterable, Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -303,10 +303,14 @@ def _at(runs: FilterRuns, t_s: np.ndarray) -> FilterRuns:
 def _together(some: FilterRuns, others: FilterRuns) -> FilterRuns:
     """Runs at the same instants, as one."""
     both = some.innovations, others.innovations
+    over_runs: dict[str, Any] = {
+        key: np.concatenate([getattr(some, key), getattr(others, key)]) for key in _OVER_RUNS
+    }
     return some._replace(
         innovations={key: np.concatenate([each[key] for each in both]) for key in both[0]},
         motions=some.motions + others.motions,
-        **{key: np.concatenate([getattr(some, key), getattr(others, key)]) for key in _OVER_RUNS},
+        steps=some.steps or others.steps,
+        **over_runs,
     )
 
 
