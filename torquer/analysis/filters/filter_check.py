@@ -34,13 +34,13 @@ from torquer.analysis.filters.linear_covariance import (
 from torquer.base.limits import at_least
 from torquer.computer.estimation.measurements.table import DEVICE_OF
 from torquer.maths.geometry.attitudes import rotation_vector
-from torquer.scenario.change import flown_whole
 from torquer.scenario.control import common_divisor, whole_steps
 from torquer.scenario.resolution import part_damped, told_of_steps
 from torquer.scenario.spec import Scenario
 from torquer.simulation.loop.members import RUNNING
 from torquer.simulation.loop.state import Record
 from torquer.simulation.outside.library import Library
+from torquer.simulation.setup.ending import flown_whole
 from torquer.simulation.setup.prepare import make_log
 from torquer.simulation.setup.run import Run, prepare
 from torquer.simulation.setup.simulate import flown_by
