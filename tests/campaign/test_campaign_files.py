@@ -231,10 +231,10 @@ VARIED = [
     ({NOISE: {"unifrm": [1, 2]}},
      f'."{NOISE}".unifrm: must be a known key; received [1, 2] (did you mean uniform?)'),
     ({NOISE: {}}, f'."{NOISE}": must have one of values, uniform, log_uniform, normal, '
-     "truncated_normal, quantiles, direction, relative, rotation; received none"),
+     "truncated_normal, quantiles, own, direction, relative, rotation; received none"),
     ({NOISE: {"values": [1], "uniform": [1, 2]}}, f'."{NOISE}": must have one of values, uniform, '
-     "log_uniform, normal, truncated_normal, quantiles, direction, relative, rotation; received "
-     "values and uniform"),
+     "log_uniform, normal, truncated_normal, quantiles, own, direction, relative, rotation; "
+     "received values and uniform"),
     ({NOISE: {"values": []}}, f'."{NOISE}".values: must have 1 or more values; received []'),
     ({NOISE: {"values": [1.0, "a"]}}, f'."{NOISE}": must be a number; received \'a\''),
     ({NOISE: {"uniform": 3}},

@@ -178,7 +178,8 @@ def test_the_limit_is_that_of_differences_of_readings(make):
 
 def test_no_column_is_an_outcome():
     scenario = scenario_from_text(SCENARIO)
-    assert checks_for(scenario, []) == ["rk4_damping", "rk4_lag_deg", "spun_up"]
+    steps = ["rk4_damping", "rk4_lag_deg"]
+    assert checks_for(scenario, []) == [*steps, "spun_up", "last_rate_deg_s"]
     for name in ("seed", "ended", "member", "succeeded"):
         with pytest.raises(ValueError, match=rf"and not 'success', .*; received '{name}'"):
             campaign_from_data(

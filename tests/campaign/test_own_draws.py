@@ -289,7 +289,7 @@ def test_an_edited_file_is_refused_by_resume_and_by_join(folder):
     fly("a.nc", part=(1, 2))
     again = fly("a.nc", part=(1, 2), resume=True)
     assert again["member"].values.tolist() == [0, 1]
-    (folder / "my_draws.py").write_text(DRAWS.replace("turn = 2", "turn = 1.5"))
+    (folder / "my_draws.py").write_text(DRAWS.replace("2 * np.pi", "1.5 * np.pi"))
     message = message_of(lambda: fly("a.nc", resume=True))
     assert message.startswith(f"campaign.vary.{RATE}.own.file: must be the one ")
     fly("b.nc", part=(2, 2))

@@ -129,7 +129,7 @@ LAST = f"{INERTIA}[0],{INERTIA}[1],{INERTIA}[2]\n" + "1,1,1\n" * 20
     (f"{GAIN}\n1e5\nmuch\n", f'campaign.table."{GAIN}": must be a number; received \'much\''),
     (f"{GAIN}\n1e5\nnan\n", f'campaign.table."{GAIN}": must be finite; received nan'),
     ("control.law.gane\n1\n", 'campaign.table."control.law.gane": must be a known key; '),
-    ("contrl.law.gain\n1\n", "campaign.table: members must be scenarios that can be flown; "),
+    ("contrl.law.gain\n1\n", 'campaign.table."contrl.law.gain": contrl: must be a table to '),
     ("initial.attitude\n1\n", "campaign.table: must have attitudes as initial.quaternion"),
     ("seed\n1\n", 'campaign.table.seed: must not vary: each member has its own'),
     ("no key\n1\n", 'campaign: table."no key": must be a key of the scenario, written like'),

@@ -224,7 +224,7 @@ def _text(line: str, keys: list[str], campaign: Campaign, member: int | None = N
             is_named = (by or table == "table") and member is not None
             of = f" ({by}member {member})" if is_named else ""
             return f"{key_name(('campaign', table, key))}{about.removeprefix(changed)}: {rest}{of}"
-        if changed.startswith(f"{about}.") and about not in keys:  # of a table that is not there
+        if changed.startswith(f"{about}.") and rest.startswith("must be a table to change a key"):
             return f"{key_name(('campaign', _table_of(campaign, key), key))}: {line}"
     table = "vary" if campaign.vary or not campaign.table else "table"
     return f"campaign.{table}: members must be scenarios that can be flown; received {line}"

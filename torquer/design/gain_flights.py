@@ -159,8 +159,8 @@ def _join(gain: float, below_deg_s: Sequence[float], parts) -> GainFlights:
         for k, limit in enumerate(below_deg_s)
     )
     names = ("energy_j", "peak_a_m2", "late_deg_s", "mean_late_deg_s")
-    steps = (column(check(name)).max() for name in ("rk4_damping", "rk4_lag_deg"))
-    return GainFlights(gain, *stops[0][1:], *map(column, names), stops, *map(float, steps))
+    steps = [float(column(check(name)).max()) for name in ("rk4_damping", "rk4_lag_deg")]
+    return GainFlights._make([gain, *stops[0][1:], *map(column, names), stops, *steps])
 
 
 def usable_flights(flights: Sequence[GainFlights], most: float) -> list[GainFlights]:

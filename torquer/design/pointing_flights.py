@@ -38,7 +38,8 @@ def fly_releases(
     progress: Callable[[int, int], None] | None = None,
 ) -> PointingFlights:
     """Fly the first members of a campaign, each to its end."""
-    errors, notes = [], ()
+    errors: list[np.ndarray] = []
+    notes: tuple[str, ...] = ()
     for number in range(count):
         result = simulate(member_scenario(scenario, campaign, number))
         errors.append(np.linalg.norm(find_attitude_error(result).error_deg, axis=1))

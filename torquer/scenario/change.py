@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from pydantic import BaseModel
 
@@ -11,9 +11,6 @@ from torquer.base.computing import Computing
 from torquer.base.spec import Spec, as_data
 from torquer.compile.when_compiling import plainly
 from torquer.scenario.explain import ScenarioError, suggestion, validate_tables
-
-if TYPE_CHECKING:
-    from torquer.scenario.spec import Scenario
 
 S = TypeVar("S", bound=Spec)
 
@@ -28,13 +25,6 @@ def with_values(scenario: S, values: Mapping[str, Any]) -> S:
         table, last = _find_place(data, key)
         table[last] = as_data(value)
     return validate_tables(type(scenario), data)
-
-
-def flown_whole(scenario: "Scenario") -> "Scenario":
-    """The scenario without a condition that ends its run early."""
-    if scenario.simulation.end_when is None:
-        return scenario
-    return with_values(scenario, {"simulation.end_when": None})
 
 
 def checked_again(scenario: S, keys: Iterable[str]) -> S:

@@ -3,7 +3,7 @@
 import math
 import os
 from collections.abc import Callable, Iterable, Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -34,13 +34,13 @@ from torquer.analysis.filters.linear_covariance import (
 from torquer.base.limits import at_least
 from torquer.computer.estimation.measurements.table import DEVICE_OF
 from torquer.maths.geometry.attitudes import rotation_vector
-from torquer.scenario.change import flown_whole
 from torquer.scenario.control import common_divisor, whole_steps
 from torquer.scenario.resolution import part_damped, told_of_steps
 from torquer.scenario.spec import Scenario
 from torquer.simulation.loop.members import RUNNING
 from torquer.simulation.loop.state import Record
 from torquer.simulation.outside.library import Library
+from torquer.simulation.setup.ending import flown_whole
 from torquer.simulation.setup.prepare import make_log
 from torquer.simulation.setup.run import Run, prepare
 from torquer.simulation.setup.simulate import flown_by
@@ -303,10 +303,14 @@ def _at(runs: FilterRuns, t_s: np.ndarray) -> FilterRuns:
 def _together(some: FilterRuns, others: FilterRuns) -> FilterRuns:
     """Runs at the same instants, as one."""
     both = some.innovations, others.innovations
+    over_runs: dict[str, Any] = {
+        key: np.concatenate([getattr(some, key), getattr(others, key)]) for key in _OVER_RUNS
+    }
     return some._replace(
         innovations={key: np.concatenate([each[key] for each in both]) for key in both[0]},
         motions=some.motions + others.motions,
-        **{key: np.concatenate([getattr(some, key), getattr(others, key)]) for key in _OVER_RUNS},
+        steps=some.steps or others.steps,
+        **over_runs,
     )
 
 

@@ -26,8 +26,8 @@ from torquer.campaign.faults.verdict import (
     judge_flight,
     keep_flight,
 )
-from torquer.scenario.change import flown_whole
 from torquer.scenario.spec import Scenario
+from torquer.simulation.setup.ending import flown_whole
 from torquer.simulation.setup.simulate import RunStopped, simulate
 
 P = TypeVar("P")

@@ -27,8 +27,8 @@ from torquer.campaign.faults.verdict import (
     keep_flight,
 )
 from torquer.computer.modes.spec import Modes
-from torquer.scenario.change import flown_whole
 from torquer.scenario.spec import Scenario
+from torquer.simulation.setup.ending import flown_whole
 
 #: The first fault strikes within this part of the flight, a later one within this part after it.
 FIRST_PART, LATER_PART = 0.5, 0.25

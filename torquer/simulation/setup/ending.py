@@ -4,7 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.scenario.change import with_values
 from torquer.scenario.ending import EndWhen
+from torquer.scenario.spec import Scenario
 from torquer.simulation.loop.state import Dynamics, State
 from torquer.simulation.results.momenta import Carried, momentum_size
 from torquer.spacecraft.actuators.rotors import Rotors
@@ -58,3 +60,10 @@ def ends_now(when: EndWhen, t_s: float, state: State, dynamics: Dynamics, rotors
         wheels = (state.rotors["momentum"] - rotors.rows["inertia"] * axial)[None, None]
     signal = end_signal(when, omega, carried, wheels)[0]
     return bool(has_ended(when, t_s, signal, Seen(cells["start_signal"], cells["holds_since_s"])))
+
+
+def flown_whole(scenario: Scenario) -> Scenario:
+    """The scenario without a condition that ends its run early."""
+    if scenario.simulation.end_when is None:
+        return scenario
+    return with_values(scenario, {"simulation.end_when": None})
