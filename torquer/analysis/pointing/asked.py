@@ -6,7 +6,6 @@ import numpy as np
 
 from torquer.analysis.pointing.predicted import Effect, Part, wheel_speeds
 from torquer.analysis.pointing.setting import Setting
-from torquer.computer.laws.pointing import HeldByWheels
 from torquer.theory.validity import Doubt, Limit
 
 COILS_GIVE = Limit("dipole asked of a coil over its limit", most=1.0,
@@ -23,7 +22,7 @@ def saturations(setting: Setting, whole: Effect) -> list[Doubt]:
     the momentum that they take; none where other laws may unload them.
     """
     wheels = setting.scenario.spacecraft.wheels
-    if isinstance(setting.hold.law.spec, HeldByWheels):
+    if setting.hold.answers == "torque":
         speeds = None if setting.scenario.control.laws else wheel_speeds(setting)
         if wheels is None or speeds is None:
             return []
