@@ -11,7 +11,6 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 import torquer
 
@@ -29,28 +28,18 @@ HEAD = ("policy", "energy, J", "on, %", "total, mN m s", "wheel, mN m s", "error
 BEGIN_S = 600.0
 
 
-def steered(result) -> np.ndarray:
-    """Attitudes (n, 4) that the law of the present mode steers."""
-    laws = [
-        result[f"{name}.q_commanded"].values
-        for name in result.mode_main.attrs["flag_meanings"].split()
-    ]
-    return np.choose(result.mode_main.values[:, None], laws)
-
-
 def measures(result) -> tuple[float, ...]:
     """What the table shows of a flight."""
     rows = result.time.values.astype(float) > BEGIN_S
-    held = Rotation.from_quat(steered(result)[rows])
-    error = (held.inv() * Rotation.from_quat(result.q_body_to_inertial.values[rows])).magnitude()
+    error_deg = torquer.derive(result)["commanded_error"].values[rows]
     each = 1e3 * result.wheel_momentum.values[rows]
     axes = np.array(SCENARIO.spacecraft.wheels.layout.rows())
     on = np.any(result.command_body.values[rows] != 0.0, axis=1)
     total = np.linalg.norm(each @ axes, axis=1)
-    rms, most = np.sqrt(np.mean(error**2)), np.quantile(error, 0.9)
+    rms_deg, most_deg = np.sqrt(np.mean(error_deg**2)), np.quantile(error_deg, 0.9)
     return (
         float(result.coil_energy), 100.0 * on.mean(), total.max(), np.abs(each).max(),
-        np.degrees(rms), np.degrees(most),
+        rms_deg, most_deg,
     )  # fmt: skip
 
 

@@ -272,7 +272,7 @@ def test_the_default_outcomes_are_rate_settling_and_energy(runs, make):
 
 def test_only_angles_to_the_sun_need_its_direction(runs, make):
     to_sun = {"x": outcome({"axis": [0, 0, 1], "to": "sun"}, at_end=True)}
-    assert needs_sun(to_sun) and not needs_sun(DEFAULT)
+    assert needs_sun(to_sun, make(HELD)) and not needs_sun(DEFAULT, make(HELD))
     dark = flown_of(runs)._replace(sun_inertial=None)
     evaluate(DEFAULT, make(HELD), dark, totals_of(runs))
     with pytest.raises(ValueError, match="sun_inertial: must be given for the angle to the Sun"):

@@ -42,7 +42,8 @@ def attitude_error_angle(result: xr.Dataset) -> xr.DataArray:
     """Angle [deg] from the attitude that the laws held, over `time`.
 
     With modes it is from the attitude that the laws of the present states hold, NaN while they
-    hold none. ValueError where no built-in law held an attitude.
+    hold none; of targets it is the one that these give at the time. ValueError where no built-in
+    law held an attitude.
     """
     error = find_attitude_error(result)
     if error is None:
@@ -50,6 +51,22 @@ def attitude_error_angle(result: xr.Dataset) -> xr.DataArray:
             "attitude error: a built-in law must have held an attitude; received a run without"
         )
     return _over_time(result, error.angle_deg, "deg", "angle of the attitude error")
+
+
+def commanded_error_angle(result: xr.Dataset) -> xr.DataArray:
+    """Angle [deg] from the attitude that a law with slews steered, over `time`.
+
+    Along a slew it is from where the slew is at the time; `attitude_error_angle` is from its end.
+    ValueError where no law turned by slews.
+    """
+    error = find_attitude_error(result)
+    if error is None or not error.has_slews:
+        raise ValueError(
+            "commanded error: a law must have turned by slews, as wheel_tracking does; received a "
+            "run without"
+        )
+    meaning = "angle from the commanded attitude"
+    return _over_time(result, error.commanded_deg, "deg", meaning)
 
 
 def angle_from_sun(result: xr.Dataset, axis: Sequence[float] | None = None) -> xr.DataArray:
@@ -131,8 +148,10 @@ def makers(result: xr.Dataset) -> dict[str, Callable[[xr.Dataset], xr.DataArray]
         "nutation": nutation_angle,
         "vertical_angle": angle_from_vertical,
     }
-    if find_attitude_error(result) is not None:
+    if (error := find_attitude_error(result)) is not None:
         found["attitude_error"] = attitude_error_angle
+        if error.has_slews:
+            found["commanded_error"] = commanded_error_angle
     if "wheel_speed" in result:
         found["wheel_speed"] = wheel_speeds
     modes = {f"mode_{each.name}": each.name for each in find_regions(result)}

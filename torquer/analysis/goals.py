@@ -24,6 +24,7 @@ SIGNALS = {
     "rate": "Rate",
     "rate relative to the orbital frame": "Rate relative to the orbital frame",
     "attitude error": "Attitude error",
+    "error from the commanded attitude": "Error from the commanded attitude",
     "angle to the Sun": "Angle to the Sun",
     "angle to the target": "Angle to the target",
 }
@@ -68,6 +69,7 @@ def _name_limit(mission: Mission) -> list[Goal]:
         ("rate", mission.rate_below_deg_s, "deg/s"),
         ("rate relative to the orbital frame", mission.rate_orbital_below_deg_s, "deg/s"),
         ("attitude error", mission.attitude_error_below_deg, "deg"),
+        ("error from the commanded attitude", mission.commanded_error_below_deg, "deg"),
         ("angle to the Sun", mission.sun_angle_below_deg, "deg"),
     )
     return [
@@ -124,9 +126,11 @@ def goal_signal(goal: Goal, part: Variables, scenario: Scenario) -> np.ndarray |
         return np.degrees(np.linalg.norm(part["omega_body"].values, axis=1))
     if goal.signal == "rate relative to the orbital frame":
         return np.degrees(np.linalg.norm(part["omega_orbital"].values, axis=1))
-    if goal.signal == "attitude error":
-        error = attitude_error_in(part, scenario.control)
-        return None if error is None else error.angle_deg
+    if goal.signal in ("attitude error", "error from the commanded attitude"):
+        error = attitude_error_in(part, scenario)
+        if error is None:
+            return None
+        return error.angle_deg if goal.signal == "attitude error" else error.commanded_deg
     return angle_from_axis_deg(part, goal.axis, goal.target)
 
 

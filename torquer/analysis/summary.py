@@ -49,6 +49,9 @@ _ROWS = (
     ("  at the end", "final_attitude_error_deg", "deg"),
     ("  mean over the last revolution", "mean_attitude_error_last_revolution_deg", "deg"),
     ("  peak over the last revolution", "peak_attitude_error_last_revolution_deg", "deg"),
+    ("Error from the commanded attitude at the end", "final_commanded_error_deg", "deg"),
+    ("  mean over the last revolution", "mean_commanded_error_last_revolution_deg", "deg"),
+    ("  peak over the last revolution", "peak_commanded_error_last_revolution_deg", "deg"),
     ("Integration error, measured", "integration_error_measured_deg", "deg"),
     ("Integration error, sum of the steps' estimates", "integration_error_deg", "deg"),
     ("  mean step", "mean_step_s", "s"),
@@ -66,6 +69,7 @@ _KNOWN_OR_LEFT_OUT = ("coil_energy_j",)
 _WHY_NONE = {
     "initial_attitude_error_deg": message("no attitude held"),
     "final_attitude_error_deg": message("no attitude held"),
+    "final_commanded_error_deg": message("no attitude held"),
 }
 
 
@@ -115,7 +119,7 @@ def summarise(result: xr.Dataset) -> Summary:
         "initial_momentum_n_m_s": float(momentum[0]),
         "momentum_left_n_m_s": float(momentum[-1]),
         **_summarise_wheels(t, found),
-        **_summarise_attitude(t, angle, 2.0 * np.pi / omega0),
+        **_summarise_attitude(t, angle, found.get("commanded"), 2.0 * np.pi / omega0),
         **_summarise_steps(result),
         **_summarise_conserved(found),
         "table_relative_error": float(result.attrs["table_relative_error"]),
@@ -195,9 +199,9 @@ def _needed_series(part: xr.Dataset, goals: list[Goal]) -> dict[str, np.ndarray]
     found |= {_CONSERVED + name: values for name, values in conserved_quantities(part).items()}
     scenario = flown_scenario(part)
     found |= judged_series(part, scenario, goals)
-    error, wheels = attitude_error_in(part, scenario.control), recorded_wheels(part, scenario)
+    error, wheels = attitude_error_in(part, scenario), recorded_wheels(part, scenario)
     if error is not None:
-        found["angle"] = error.angle_deg
+        found |= {"angle": error.angle_deg, "commanded": error.commanded_deg}
     if wheels is not None:
         found |= {
             "fullest": wheels.momentum_shares.argmax(axis=1).astype(np.int16),
@@ -232,19 +236,34 @@ def _summarise_wheels(t, found: dict[str, np.ndarray]) -> dict:
     }
 
 
-def _summarise_attitude(t, angle, revolution_s: float) -> dict:
-    """Attitude errors, if a law held an attitude."""
+def _summarise_attitude(t, angle, commanded, revolution_s: float) -> dict:
+    """Attitude errors, if a law held an attitude: from it, and from what it steered by slews."""
     if angle is None or np.isnan(angle).all():
         return {}
-    last = angle[t >= t[-1] - revolution_s]
-    whole = t[-1] - t[0] >= revolution_s and not np.isnan(last).all()
-    return {
+    mean, peak = _late(t, angle, revolution_s)
+    found = {
         "initial_attitude_error_deg": finite_or_none(angle[0]),
         "final_attitude_error_deg": finite_or_none(angle[-1]),
         "attitude_error_stays_below_1_deg_from_s": none_if_never(stays_from(t, angle < 1.0)),
-        "mean_attitude_error_last_revolution_deg": float(np.nanmean(last)) if whole else None,
-        "peak_attitude_error_last_revolution_deg": float(np.nanmax(last)) if whole else None,
+        "mean_attitude_error_last_revolution_deg": mean,
+        "peak_attitude_error_last_revolution_deg": peak,
     }
+    if np.isnan(commanded).all():
+        return found
+    mean, peak = _late(t, commanded, revolution_s)
+    return found | {
+        "final_commanded_error_deg": finite_or_none(commanded[-1]),
+        "mean_commanded_error_last_revolution_deg": mean,
+        "peak_commanded_error_last_revolution_deg": peak,
+    }
+
+
+def _late(t, angle, revolution_s: float) -> tuple[float | None, float | None]:
+    """Mean and peak over the last revolution, where there is a whole one with numbers."""
+    last = angle[t >= t[-1] - revolution_s]
+    if t[-1] - t[0] < revolution_s or np.isnan(last).all():
+        return None, None
+    return float(np.nanmean(last)), float(np.nanmax(last))
 
 
 def _times_below(t, rate, omega0) -> dict:

@@ -42,5 +42,5 @@ def along_at(scenario: Scenario, campaign: Campaign, t_s: np.ndarray) -> tuple:
     environment = scenario.orbit_environment()
     r, v = environment.state(t_s)
     field = environment.field(t_s, r, v) if needs_field(campaign.outcomes) else None
-    sun = environment.sun(t_s) - r if needs_sun(campaign.outcomes) else None
+    sun = environment.sun(t_s) - r if needs_sun(campaign.outcomes, scenario) else None
     return r, v, field, sun

@@ -29,7 +29,7 @@ from torquer.campaign.signals import (
     wheel_momentum,
 )
 from torquer.campaign.variation import Number
-from torquer.scenario.held import always_held, why_no_attitude
+from torquer.scenario.held import always_held, held_attitudes, why_no_attitude
 from torquer.scenario.spec import Scenario
 
 #: The signal that depends on what the laws hold.
@@ -178,8 +178,9 @@ class Outcome(Spec):
     'attitude_error_deg', 'momentum_n_m_s' (of body and wheels) or 'wheel_momentum_n_m_s'. Or what a
     law or an estimator logs, by its name in results: 'law.on_s', of a vector 'law.on_s[0]'. Or a
     table with the angle of an `axis`, or with `of_start`. Or a total of the run: 'coil_energy_j',
-    'peak_dipole_a_m2' (of one coil). The error is from the attitude that the scenario's laws hold.
-    With modes these are the laws of the present states; there is no number while they hold none.
+    'peak_dipole_a_m2' (of one coil). The error is from the attitude that the scenario's laws hold,
+    of targets the one that these give at the time. With modes these are the laws of the present
+    states; there is no number while they hold none.
     """
     what: What | None = None
     """Which number is taken from the signal; left out for totals of the run."""
@@ -256,10 +257,13 @@ def outcomes_with_series(outcomes: Mapping[str, Outcome]) -> list[str]:
     return [*first.values()]
 
 
-def needs_sun(outcomes: Mapping[str, Outcome]) -> bool:
-    """Whether outcomes need the Sun: then `Flown` must have its direction."""
-    signals = (outcome.signal for outcome in outcomes.values())
-    return any(isinstance(signal, Axis) and signal.to == "sun" for signal in signals)
+def needs_sun(outcomes: Mapping[str, Outcome], scenario: Scenario) -> bool:
+    """Whether outcomes need the Sun, or targets may be it: then `Flown` must have its direction."""
+    signals = [base_signal(outcome.signal) for outcome in outcomes.values()]
+    follows = any(held.targets for held in held_attitudes(scenario.control))
+    return (ATTITUDE_ERROR in signals and follows) or any(
+        isinstance(signal, Axis) and signal.to == "sun" for signal in signals
+    )
 
 
 def needs_field(outcomes: Mapping[str, Outcome]) -> bool:

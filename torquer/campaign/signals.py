@@ -8,13 +8,13 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from torquer.analysis.attitude import orbital_axes
+from torquer.analysis.attitude import orbital_axes, targets_along
 from torquer.analysis.series import angle_deg
 from torquer.base.spec import Spec, unit_vector
+from torquer.computer.laws.held import Attitude
 from torquer.maths.geometry.attitudes import to_body, to_reference
 from torquer.maths.geometry.quaternion import angle_between
 from torquer.scenario.held import (
-    Attitude,
     Holding,
     always_held,
     attitudes_in_order,
@@ -116,20 +116,23 @@ def attitude_error(scenario: Scenario, flown: Flown) -> np.ndarray:
     """
     attitude = always_held(scenario.control)
     if attitude is not None:
-        return _angle_from(attitude, flown)
+        return _angle_from(attitude, scenario, flown)
     held, which = _held_by_members(scenario, flown)
     found = np.full(which.shape, np.nan)
     for number, each in enumerate(held):
-        found = np.where(which == number, _angle_from(each, flown), found)
+        found = np.where(which == number, _angle_from(each, scenario, flown), found)
     return found
 
 
-def _angle_from(attitude: Attitude, flown: Flown) -> np.ndarray:
+def _angle_from(attitude: Attitude, scenario: Scenario, flown: Flown) -> np.ndarray:
     """Angle [deg] of the rotation from one attitude (r, n)."""
     from scipy.spatial.transform import Rotation
 
     target = np.array(attitude.q_wanted)
-    if attitude.orbital:
+    if attitude.targets:
+        place = (flown.position_inertial, flown.velocity_inertial, _direction("sun", flown))
+        target = targets_along(attitude.targets, scenario, flown.t_s, *place)[0][:, None]
+    elif attitude.orbital:
         frames = orbital_axes(flown.position_inertial, flown.velocity_inertial)
         target = (frames * Rotation.from_quat(attitude.q_wanted)).as_quat()[:, None]
     return np.degrees(angle_between(flown.q_body_to_inertial, target))

@@ -15,6 +15,17 @@ from torquer.design.detumbling import detumble
 from torquer.design.gain_sweep import GainSweep
 from torquer.design.gyro.answer import GyroDesign
 from torquer.design.gyro.gains import magneto_gyro
+from torquer.design.mission_pointing import (
+    FlownLaws,
+    budget_in_words,
+    budget_of,
+    error_that_counts,
+    flown_in_words,
+    fly_laws,
+    why_no_budget,
+    why_no_hold,
+)
+from torquer.design.pointing_answer import PointingBudget
 from torquer.design.requests import (
     DetumbleRequest,
     MagnetoGyroRequest,
@@ -147,6 +158,24 @@ def wheel_array(scenario: Scenario, request: MissionRequest) -> Part:
     return Part("", state, words, tuple(opened), report, lines, report.data())
 
 
+def pointing(scenario: Scenario, request: MissionRequest) -> Part:
+    """What a flight with the scenario's laws holds: slews and unloading, too."""
+    found, limit = fly_laws(scenario), request.within_deg(scenario)
+    holds = error_that_counts(found) <= limit and not found.saturates
+    opened = ("a wheel reaches its momentum limit",) if found.saturates else ()
+    words = flown_in_words(found, limit)
+    state = HOLDS if holds else FAILS
+    return Part("", state, words, opened, found, tuple(found.lines()), dict(found.summary))
+
+
+def pointing_errors(scenario: Scenario, request: MissionRequest) -> Part:
+    """Errors by cause, predicted and flown."""
+    found, limit = budget_of(scenario, request), request.within_deg(scenario)
+    words, error_deg = budget_in_words(found, limit)
+    part = _of(found, words, None, found.verdict.doubts, ())
+    return part if error_deg <= limit else part._replace(state=FAILS)
+
+
 def faults(scenario: Scenario, request: MissionRequest) -> Part:
     """What every single fault does to the satellite."""
     found = fly_faults(scenario, workers=request.workers)
@@ -191,6 +220,8 @@ PARTS: dict[str, tuple[Callable, Callable[[Scenario], str]]] = {
     "pitch wheel": (pitch_wheel, _why_no_pitch_wheel),
     "sensors and filter": (sensors, _why_no_filter),
     "reaction wheels": (wheel_array, _why_no_wheels),
+    "pointing in flight": (pointing, why_no_hold),
+    "pointing budget": (pointing_errors, why_no_budget),
     "faults": (faults, _why_no_law),
 }
 
@@ -210,4 +241,7 @@ def walk(name: str, scenario: Scenario, request: MissionRequest) -> Part:
 
 
 #: Answers that parts give.
-Answer = GainSweep | ThreeAxisAnswer | GyroDesign | list[SensorSet] | WheelReport | FaultCampaign
+Answer = (
+    GainSweep | ThreeAxisAnswer | GyroDesign | list[SensorSet] | WheelReport | FlownLaws
+    | PointingBudget | FaultCampaign
+)  # fmt: skip

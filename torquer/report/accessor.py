@@ -68,6 +68,7 @@ class Torquer:
     rate_body = _method(derived.body_rate)
     rate_orbital = _method(derived.orbital_rate)
     attitude_error = _method(derived.attitude_error_angle)
+    commanded_error = _method(derived.commanded_error_angle)
     sun_angle = _method(derived.angle_from_sun)
     nutation = _method(derived.nutation_angle)
     vertical_angle = _method(derived.angle_from_vertical)

@@ -11,15 +11,24 @@ from torquer.design.gain_sweep import GainSweep
 from torquer.design.gyro.answer import GyroDesign
 from torquer.design.mission_design import MissionDesign
 from torquer.design.mission_parts import Part
+from torquer.design.mission_pointing import FlownLaws
+from torquer.design.pointing_answer import PointingBudget
 from torquer.design.three_axis_answer import ThreeAxisAnswer
 from torquer.design.wheel_report import WheelReport
 from torquer.report.common.figure import save_figure, save_figures
 from torquer.report.common.html import card, cards, picture
+from torquer.report.flight.panels import pictures
+from torquer.report.flight.png import draw_picture
+from torquer.report.flight.view import make_view
 from torquer.report.theory.designs import draw_design, draw_gains
 from torquer.report.theory.magneto_gyro import draw_gyro_design
+from torquer.report.theory.pointing import draw_pointing
 from torquer.report.wheels.page import write_all
 from torquer.scenario.toml_text import to_toml
 from torquer.simulation.results.file import put
+
+#: Pictures of a flight that are written.
+_OF_FLIGHT = ("attitude_error", "wheels")
 
 
 def write_mission(found: MissionDesign, folder: Path) -> list[Path]:
@@ -68,12 +77,26 @@ def _worst(found: FaultCampaign, folder: Path) -> list[Path]:
     return [put(folder / "worst_fault.toml", to_toml(plain))]
 
 
+def _flown(found: FlownLaws, folder: Path) -> list[Path]:
+    view = make_view(found.result)
+    return [
+        save_figure(draw_picture(view, each), folder / f"{each.name}.png")
+        for each in pictures(view) if each.name in _OF_FLIGHT
+    ]  # fmt: skip
+
+
+def _budget(found: PointingBudget, folder: Path) -> list[Path]:
+    return [save_figure(draw_pointing(found), folder / "pointing.png")]
+
+
 #: What is written of each kind of answer, pictures first.
 _WRITE: dict[type, Callable[[Any, Path], list[Path]]] = {
     GainSweep: _gain,
     ThreeAxisAnswer: _laws,
     GyroDesign: _gyro,
     WheelReport: write_all,
+    FlownLaws: _flown,
+    PointingBudget: _budget,
     FaultCampaign: _worst,
 }
 

@@ -1,29 +1,24 @@
 """Which attitude the laws hold, and when: that of the state in which the modes are.
 
-Laws of `torquer.computer.laws.pointing` hold an attitude. With modes only those of the present
+A law that holds an attitude says so itself: `LawSpec.held`. With modes only those of the present
 states do: what is said of the attitude's error is from the attitude held at that instant, and there
 is none while no law that works holds one, or while two hold different ones.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 import numpy as np
 
-from torquer.computer.laws.pointing import HeldAttitude
+from torquer.computer.laws.held import Attitude
+from torquer.computer.laws.law_spec import LawSpec
+from torquer.computer.modes.packing import check_choice
 from torquer.computer.modes.spec import Modes, State
 from torquer.scenario.control import Control
 from torquer.scenario.mission import Mission
 
 #: Number of the attitude where none is held.
 NONE_HELD = -1
-
-
-class Attitude(NamedTuple):
-    """An attitude of the body to the orbital frame, or else to the inertial one."""
-
-    orbital: bool
-    q_wanted: tuple[float, ...]
 
 
 class Holding(NamedTuple):
@@ -39,9 +34,34 @@ def held_attitudes(control: Control) -> set[Attitude]:
     if modes is None:
         return set(holders.values())
     used = {name for state in modes.states() for name in _working(state) if name in holders}
-    held = {holders[name] for name in used}
-    for state in modes.states():
-        held |= {holding for name, holding in _set_by(state, holders) if name in used}
+    return {each for name in used for each in _reached(name, holders[name], [*modes.states()])}
+
+
+def _reached(name: str, first: Attitude, states: list[State]) -> set[Attitude]:
+    """What a law holds at first, and whatever states make of it one after the other."""
+    found, new = {first}, {first}
+    while new:
+        new = {_after_entry(state, name, each) for state in states for each in new} - found
+        found |= new
+    return found
+
+
+def judged_by_modes(control: Control) -> Attitude | None:
+    """What signals of the modes take for the wanted attitude of a law; None if they name none."""
+    modes = control.named().modes
+    if modes is None or modes.attitude_of is None:
+        return None
+    holders = _holders(control)
+    check_choice("control.modes.attitude_of", holders, modes.attitude_of)
+    return holders[modes.attitude_of]
+
+
+def _after_entry(state: State, name: str, held: Attitude) -> Attitude:
+    """What a law holds once a state has set its parameters."""
+    for key, value in state.set.items():
+        law, _, parameter = key.partition(".")
+        if law == name:
+            held = held.with_parameter(parameter, value)
     return held
 
 
@@ -72,17 +92,34 @@ def why_no_attitude(control: Control) -> str:
     return f"laws that hold none ({kinds})"
 
 
+def why_no_slews(control: Control) -> str:
+    """Why no error from a commanded attitude can be told, in words; "" where it can."""
+    if why := why_no_attitude(control):
+        return why
+    if not holds_attitude(control) or any(each.steered_in for each in held_attitudes(control)):
+        return ""
+    return "laws without slews"
+
+
 def check_judged(control: Control, mission: Mission | None) -> None:
     """ValueError for a limit of the attitude error that no law of a flight gives a meaning.
 
     A design takes the limit from a scenario whose law it replaces; so this is asked of flights.
     """
-    limit_deg = mission.attitude_error_below_deg if mission else None
+    if mission is None:
+        return
+    limit_deg = mission.attitude_error_below_deg
     if limit_deg is not None and (why := why_no_attitude(control)):
         raise ValueError(
             "mission.attitude_error_below_deg: must be left out unless built-in laws hold an "
             f"attitude, one at a time, from which the error is measured; received {limit_deg:g} "
             f"with {why}"
+        )
+    limit_deg = mission.commanded_error_below_deg
+    if limit_deg is not None and (why := why_no_slews(control)):
+        raise ValueError(
+            "mission.commanded_error_below_deg: must be left out unless a law turns to what it "
+            f"holds by slews, as wheel_tracking does; received {limit_deg:g} with {why}"
         )
 
 
@@ -125,7 +162,7 @@ def held_over_time(control: Control, modes: Mapping[str, np.ndarray], count: int
         states = _present(table, numbers[first])
         for state, new in zip(states, numbers[first] != before, strict=True):
             if new and state is not None:
-                now |= dict(_set_by(state, now))
+                now |= {name: _after_entry(state, name, each) for name, each in now.items()}
         before = numbers[first]
         which[first:end] = _number_held(states, now, held)
     return Holding(held, which)
@@ -134,10 +171,11 @@ def held_over_time(control: Control, modes: Mapping[str, np.ndarray], count: int
 def _holders(control: Control) -> dict[str, Attitude]:
     """The attitudes of the laws that hold one, by the laws' names."""
     laws = control.named().laws.items()
+    found = ((name, law, law.held()) for name, law in laws if isinstance(law, LawSpec))
     return {
-        name: Attitude(law.orbital, law.q_wanted())
-        for name, law in laws
-        if isinstance(law, HeldAttitude)
+        name: held._replace(steered_in=f"{name}.{law.steers}") if law.steers else held
+        for name, law, held in found
+        if held is not None
     }
 
 
@@ -149,14 +187,6 @@ def held_by(control: Control, names: Iterable[str]) -> set[Attitude]:
 
 def _working(state: State) -> list[str]:
     return [name for name, factor in state.laws.items() if factor != 0.0]
-
-
-def _set_by(state: State, now: Mapping[str, Attitude]) -> Iterator[tuple[str, Attitude]]:
-    """Laws whose attitude a state sets on entry, with what they hold then."""
-    for key, wanted in state.set.items():
-        name, _, parameter = key.partition(".")
-        if name in now and parameter == "q_wanted" and isinstance(wanted, tuple):
-            yield name, now[name]._replace(q_wanted=wanted)
 
 
 def _present(table: Modes, numbers: np.ndarray) -> list[State | None]:

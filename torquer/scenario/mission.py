@@ -26,8 +26,13 @@ class Mission(Spec):
     rate_orbital_below_deg_s: _Limit | None = None
     """Limit on the rate relative to the orbital frame."""
     attitude_error_below_deg: _Angle | None = None
-    """Limit on the deviation from the attitude that built-in laws hold: with modes the laws of the
-    present states. While these hold none, or two, there is no error, and the limit is not met.
+    """Limit on the deviation from the attitude that built-in laws hold, of targets the one that
+    these give at the time: with modes the laws of the present states. While these hold none, or
+    two, there is no error, and the limit is not met.
+    """
+    commanded_error_below_deg: _Angle | None = None
+    """Limit on the deviation from the attitude that a law with slews steers meanwhile: along a slew
+    it turns with the satellite, while the attitude error is from the one at its end.
     """
     sun_angle_below_deg: _Angle | None = None
     """Limit on the angle between `axis` and the Sun."""
@@ -39,7 +44,7 @@ class Mission(Spec):
     @model_validator(mode="after")
     def _has_a_limit(self):
         limits = ("rate_below_deg_s", "rate_orbital_below_deg_s", "attitude_error_below_deg",
-                  "sun_angle_below_deg")  # fmt: skip
+                  "commanded_error_below_deg", "sun_angle_below_deg")  # fmt: skip
         if all(getattr(self, name) is None for name in limits):
             raise ValueError(f"mission: must have one of {', '.join(limits)}; received none")
         return self

@@ -5,8 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from flight.c99.in_c import needs_compiler
+from flight.c99.test_export import built, replayed
 from law_cases import compiled, inputs
 from scipy.spatial.transform import Rotation
+from simulation.lanes.test_lanes import fly_both
 
 import torquer
 from torquer.analysis.attitude import find_attitude_error
@@ -191,3 +194,27 @@ def test_of_sixteen_starts_all_are_held_with_it_and_none_without(hold):
         found[name] = fly_campaign(scenario, Campaign.model_validate(campaign)).error_deg.values
     assert found["with"].max() < 5.0
     assert found["none"].min() > 10.0
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="lanes are compiled code")
+@pytest.mark.slow
+def test_in_lanes_it_has_the_same_bits():
+    short = EXAMPLE.replace("simulation.revolutions", 0.05)
+    for beside, kept, _, _ in fly_both(short, rows=(0, 7, 20)):
+        assert np.array_equal(beside, kept)
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+@pytest.mark.slow
+@needs_compiler
+def test_c_has_the_same_bits(tmp_path):
+    short = EXAMPLE.replace("simulation.revolutions", 0.3)
+    steps = int(short.length_s / short.control.cycle_s) - 1
+    torquer.export_c(short, tmp_path, steps=steps)
+    done = replayed(built(tmp_path, "-O2"), tmp_path)
+    said = f"{steps} control steps: the same bits in commands and state\n"
+    assert (done.stdout, done.returncode) == (said, 0)
+    alone, flown_by_c = torquer.simulate(short), torquer.simulate(short, computer=tmp_path)
+    assert np.abs(estimates(alone)).max() > 1e-4  # it has begun to learn
+    for name in ("q_body_to_inertial", "command_body", "trim.residual_dipole_a_m2"):
+        assert np.array_equal(alone[name], flown_by_c[name])

@@ -50,6 +50,7 @@ _GOALS = {
     "rate_below_deg_s": "rate",
     "rate_orbital_below_deg_s": "rate",
     "attitude_error_below_deg": "attitude",
+    "commanded_error_below_deg": "attitude",
     "sun_angle_below_deg": "sun",
 }
 

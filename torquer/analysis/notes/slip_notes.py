@@ -147,10 +147,13 @@ def _mission_notes(scenario: Scenario) -> Iterator[str]:
     mission = scenario.mission
     if mission is None:
         return
-    for key in ("rate_below_deg_s", "rate_orbital_below_deg_s", "attitude_error_below_deg"):
+    units = {
+        "rate_below_deg_s": "deg/s", "rate_orbital_below_deg_s": "deg/s",
+        "attitude_error_below_deg": "deg", "commanded_error_below_deg": "deg",
+    }  # fmt: skip
+    for key, unit in units.items():
         limit = getattr(mission, key)
         if limit is not None and limit < _UNHELD:
-            unit = "deg" if key.startswith("attitude") else "deg/s"
             yield (
                 f"mission.{key} of {limit:g} {unit} is less than any satellite with coils or "
                 "wheels holds"

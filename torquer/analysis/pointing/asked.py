@@ -6,7 +6,6 @@ import numpy as np
 
 from torquer.analysis.pointing.predicted import Effect, Part, wheel_speeds
 from torquer.analysis.pointing.setting import Setting
-from torquer.computer.laws.pointing import HeldByWheels
 from torquer.theory.validity import Doubt, Limit
 
 COILS_GIVE = Limit("dipole asked of a coil over its limit", most=1.0,
@@ -25,7 +24,7 @@ def saturations(setting: Setting, whole: Effect | None) -> list[Doubt]:
     instant; nothing is said where `whole` is None. Of wheels also the speed, from the momentum that
     they take. Nothing is said of wheels that other laws may unload.
     """
-    if not isinstance(setting.hold.law.spec, HeldByWheels):
+    if setting.hold.answers != "torque":
         return [] if whole is None else _driven(setting, whole)
     wheels = setting.scenario.spacecraft.wheels
     speeds = None if setting.scenario.control.laws else wheel_speeds(setting)

@@ -8,7 +8,7 @@ from torquer.analysis.causes import (
     Cause,
     acting_causes,
 )
-from torquer.computer.laws.pointing import HeldAttitude
+from torquer.computer.laws.law_spec import LawSpec
 from torquer.scenario.spec import Scenario
 
 #: What a budget calls the causes that are always there, and what other laws do.
@@ -17,11 +17,12 @@ ALWAYS, OTHER_LAWS = "gravity_and_reference", "other_laws"
 _NOT_LISTED = (*COUNTED_ON, RANGE, GAPS)
 
 
-def holder_of(scenario: Scenario) -> tuple[str, HeldAttitude]:
+def holder_of(scenario: Scenario) -> tuple[str, LawSpec]:
     """Name and spec of the law that holds the attitude; ValueError unless it is the only one, and
     works all the time."""
     named = scenario.control.named()
-    found = {name: law for name, law in named.laws.items() if isinstance(law, HeldAttitude)}
+    laws = {name: law for name, law in named.laws.items() if isinstance(law, LawSpec)}
+    found = {name: law for name, law in laws.items() if law.held() is not None}
     if len(found) != 1 or named.modes is not None:
         received = "modes" if named.modes is not None else f"{len(found)} such laws"
         raise ValueError(

@@ -8,8 +8,9 @@ import numpy as np
 from torquer.analysis.budget import budget_while_held
 from torquer.analysis.causes import GAPS, SAMPLING, acting_causes
 from torquer.analysis.pointing.causes import holder_of
+from torquer.computer.blocks.law import Law
 from torquer.computer.estimation.sensors import SensorReadings
-from torquer.computer.laws.pointing import HeldByWheels
+from torquer.computer.laws.wheel_tracking import WheelTracking
 from torquer.maths.geometry.attitudes import to_body, to_reference
 from torquer.scenario.change import value_at, with_values
 from torquer.scenario.spec import Scenario
@@ -50,14 +51,31 @@ def held_scenario(scenario: Scenario) -> Scenario:
 
     ValueError for what a pointing budget has no theory of.
     """
-    _, law = holder_of(scenario)
+    law = _linear_law(scenario)
     _check_devices(scenario)
+    reference = "orbital" if law.values()["orbital"] else "inertial"
     still = {
-        "reference": law.reference, "euler_deg": law.euler_deg, "sequence": law.sequence,
-        "rate_deg_s": (0.0, 0.0, 0.0), "rate_relative_to": law.reference,
+        "reference": reference, "quaternion": law.values()["q_wanted"],
+        "rate_deg_s": (0.0, 0.0, 0.0), "rate_relative_to": reference,
     }  # fmt: skip
     whole = {"simulation.record_s": scenario.control.cycle_s, "simulation.end_when": None}
     return with_values(scenario, {"initial": still, **whole})
+
+
+def _linear_law(scenario: Scenario) -> Law:
+    """The law that holds the attitude, as linear theory has it; ValueError for targets that move in
+    both frames, along which its loop is not the same all the time."""
+    name, spec = holder_of(scenario)
+    if not isinstance(spec, WheelTracking):
+        return spec.law()
+    if (law := spec.at_rest()) is None:
+        raise ValueError(
+            f"control.{scenario.control.key_of(name)}.target: must be 'nadir' with 'orbit_normal' "
+            "or 'velocity', or a direction with another direction, for a pointing budget, whose "
+            "linear theory is of an attitude at rest in the orbital or the inertial frame; "
+            f"received {' and '.join(str(each) for each in spec.targets)}"
+        )
+    return law
 
 
 def _check_devices(scenario: Scenario) -> None:
@@ -75,7 +93,7 @@ def _check_devices(scenario: Scenario) -> None:
                 f"spacecraft.{key}: must be left out for a pointing budget, whose linear theory is "
                 f"of one attitude_sensor and one gyro; received {flown.said}"
             )
-    wheels, by_wheels = craft.wheels, isinstance(holder_of(scenario)[1], HeldByWheels)
+    wheels, by_wheels = craft.wheels, holder_of(scenario)[1].answers == "torque"
     if craft.coils is not None and not by_wheels:
         craft.coils.check_axes("a pointing budget")
     keys = [
@@ -163,11 +181,11 @@ def _undecayed(scenario: Scenario, whole: Loop, loop: Loop) -> str:
 
 def _hold(scenario: Scenario) -> AttitudeHold:
     """The hold, over as many revolutions as the flight has."""
-    craft, (_, law) = scenario.spacecraft, holder_of(scenario)
+    craft, law = scenario.spacecraft, _linear_law(scenario)
     around = scenario.orbit_environment()
     revolutions = max(1, math.ceil(scenario.length_s / around.orbit.period_s - 1e-9))
-    kind = WheelHold if isinstance(law, HeldByWheels) else AttitudeHold
-    return kind(law.law(), craft.body, around, revolutions=revolutions)
+    kind = WheelHold if law.answers == "torque" else AttitudeHold
+    return kind(law, craft.body, around, revolutions=revolutions)
 
 
 def _torques(scenario: Scenario, t_s: np.ndarray) -> dict[str, np.ndarray]:

@@ -182,9 +182,10 @@ def mission(
     """All parts of the design of a satellite, one after the other, on one page.
 
     What the satellite has is designed and flown: detumbling by B-dot, an attitude
-    held by coils or with a pitch wheel, filters, reaction wheels, every single fault. What it lacks
-    is left out, with the reason. mission.html has the verdicts, the open points and the files. Exit
-    code 1 if a part fails.
+    held by coils or with a pitch wheel, filters, reaction wheels, every single fault. Laws of the
+    file that hold an attitude are flown, with slews and unloading, and have a pointing budget.
+    What it lacks is left out, with the reason. mission.html has the verdicts, the open points and
+    the files. Exit code 1 if a part fails.
     """
     from torquer.design.mission_design import mission as answer
     from torquer.report.mission import write_mission

@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 from torquer.base.computing import by_scenario
 from torquer.base.spec import Spec
 from torquer.computer.blocks.law import Law
+from torquer.computer.laws.held import Attitude
 
 
 class LawSpec(Spec):
@@ -24,10 +25,16 @@ class LawSpec(Spec):
     #: Key of the momentum that the law wants the wheels to have; of its axis, where it is a number.
     momentum_key: ClassVar[str] = ""
     momentum_axis_key: ClassVar[str] = ""
+    #: What it logs of the attitude that it steers on the way to the one that it holds.
+    steers: ClassVar[str] = ""
 
     def parameters(self) -> Any:
         """What the kernel takes of the keys, in SI units."""
         return ()
+
+    def held(self) -> Attitude | None:
+        """The attitude that the law holds; None for one that holds none."""
+        return None
 
     def law(self) -> Law:
         """The law with these keys."""

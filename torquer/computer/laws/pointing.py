@@ -14,6 +14,7 @@ from pydantic import AfterValidator, Field
 from torquer.base.spec import Inertia, Vector
 from torquer.compile.engine import inlined, kernel
 from torquer.computer.informed import PLACE
+from torquer.computer.laws.held import Attitude
 from torquer.computer.laws.law_spec import LawSpec
 from torquer.maths.geometry import euler
 from torquer.maths.geometry.frames import dcm_orbital_to_inertial
@@ -146,6 +147,10 @@ class HeldAttitude(LawSpec):
         """Wanted attitude of the body to the reference frame."""
         x, y, z, w = euler.to_quaternion(self.sequence, np.radians(self.euler_deg))
         return (float(x), float(y), float(z), float(w))
+
+    def held(self) -> Attitude:
+        """The wanted attitude to the reference frame."""
+        return Attitude(self.orbital, self.q_wanted())
 
 
 class HeldByWheels(HeldAttitude):

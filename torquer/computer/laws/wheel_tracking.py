@@ -16,8 +16,7 @@ from pydantic import Field, model_validator
 
 from torquer.base.spec import Inertia, unit_vector
 from torquer.compile.engine import inlined, kernel
-from torquer.computer.blocks.law import OF_SATELLITE
-from torquer.computer.blocks.limits import Limits
+from torquer.computer.blocks.law import OF_SATELLITE, Law
 from torquer.computer.blocks.parameters import (
     AnyNumbers,
     InertiaNumbers,
@@ -31,17 +30,26 @@ from torquer.computer.laws.guidance import (
     Slew,
     Steered,
     ahead,
-    ground_track,
-    nadir_track,
-    sine_of_elevation,
     slewing,
-    steered_by,
-    velocity_track,
 )
+from torquer.computer.laws.held import Attitude
 from torquer.computer.laws.law_spec import LawSpec
-from torquer.computer.laws.pointing import deviation, short_way
+from torquer.computer.laws.pointing import (
+    deviation,
+    reference_acceleration,
+    reference_motion,
+    short_way,
+)
+from torquer.computer.laws.targets import (
+    NO_TARGETS,
+    NUMBERS,
+    Aim,
+    Targets,
+    reference_along,
+    reference_of,
+)
 from torquer.computer.laws.wheel_lyapunov import carried_torque
-from torquer.maths.geometry.frames import ecef_from_geodetic
+from torquer.maths.geometry.frames import dcm_orbital_to_inertial, ecef_from_geodetic
 from torquer.maths.geometry.quaternion import (
     conjugate,
     from_dcm,
@@ -58,7 +66,6 @@ from torquer.maths.geometry.vec3 import (
     as_matrix,
     as_symmetric,
     as_vector,
-    cross,
     norm,
     put_vector,
     read_vector,
@@ -68,9 +75,8 @@ from torquer.maths.geometry.vec3 import (
 )
 
 Target = Literal["nadir", "sun", "velocity", "orbit_normal", "ground"]
-#: What a target is called in the parameters: a fixed direction has 0.
-_NUMBERS = {"nadir": 1.0, "sun": 2.0, "velocity": 3.0, "orbit_normal": 4.0, "ground": 5.0}
-_NADIR, _SUN, _VELOCITY, _NORMAL, _GROUND = _NUMBERS.values()
+#: Pairs of targets whose attitude is at rest in the orbital frame, whatever the eccentricity.
+_IN_ORBIT = {("nadir", "orbit_normal"), ("orbit_normal", "nadir"), ("nadir", "velocity")}
 _ZERO = (0.0, 0.0, 0.0)
 #: Half the turn [rad] from what was foreseen that makes a slew: less is left to the spring.
 _JUMP = 0.01
@@ -79,13 +85,6 @@ _NO_SLEW = {
     "omega_reference": _ZERO, "alpha_reference": _ZERO, "slew_start_s": 0.0, "slew_turn": _ZERO,
     "slew_rate": _ZERO, "q_commanded": (0.0, 0.0, 0.0, 1.0),
 }  # fmt: skip
-
-
-class Aim(NamedTuple):
-    """What is aimed at: its number (0 for a direction), or the direction (inertial)."""
-
-    number: Annotated[float, Limits(0.0, 5.0)]
-    direction: UnitNumbers
 
 
 class WheelTrackingParameters(NamedTuple):
@@ -107,26 +106,6 @@ class WheelTrackingParameters(NamedTuple):
     place: AnyNumbers
     least_sine: Share
     to_ecef: tuple
-
-
-@inlined
-def _track(inputs, p, aim):
-    """The track of a target; of a place on the ground that is not in sight, that of the nadir."""
-    r, v, number = inputs.ephemeris.r_inertial_m, inputs.ephemeris.v_inertial_m_s, aim.number
-    if number == _NADIR:
-        return nadir_track(r, v)
-    if number == _VELOCITY:
-        return velocity_track(r, v)
-    if number == _GROUND:
-        nadir, at = nadir_track(r, v), ground_track(p.to_ecef, inputs.t_s, p.place)
-        if sine_of_elevation(p.to_ecef, at[0], r) < p.least_sine:
-            return nadir
-        return add(at[0], nadir[0]), add(at[1], nadir[1]), add(at[2], nadir[2])
-    if number == _SUN:
-        return inputs.ephemeris.sun_inertial, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-    if number == _NORMAL:
-        return cross(r, v), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-    return aim.direction, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
 
 
 @inlined
@@ -176,6 +155,36 @@ def _follow(inputs, p, memory, reference):
     memory.has_call, memory.called_s = 1.0, t_s
 
 
+@inlined
+def _torque(inputs, p, steered):
+    """That by which the body turns as steered, with spring and damper."""
+    error, relative = deviation(inputs, (0.0, 0.0, 0.0, 1.0), steered.q, steered.omega)
+    m = carried_torque(inputs, p.inertia, steered.omega, steered.alpha, p.gravity)
+    wanted = scale(-2.0 * p.damping * p.bandwidth, relative)
+    wanted = add_scaled(wanted, -2.0 * p.bandwidth * p.bandwidth, short_way(error))
+    return add(m, sym_vec(p.inertia, wanted))
+
+
+class AtRestParameters(NamedTuple):
+    """kappa, zeta, 1 for the orbital frame, attitude in it, J, gravity."""
+
+    bandwidth: float
+    damping: float
+    orbital: OnOff
+    q_wanted: UnitNumbers
+    inertia: InertiaNumbers
+    gravity: OnOff
+
+
+@kernel
+def wheel_tracking_at_rest(inputs, parameters, memory):
+    """`wheel_tracking` once its slew is over, at targets that are at rest in a frame."""
+    p = parameters
+    q, turning = reference_motion(inputs, p.orbital)
+    turned = reference_acceleration(inputs, p.orbital)
+    return _torque(inputs, p, Steered(multiply(q, p.q_wanted), turning, turned))
+
+
 @kernel
 def wheel_tracking(inputs, parameters, memory):
     """Torque on the body M = (that by which it turns as steered) - J (2 zeta kappa w + kappa^2 d).
@@ -184,18 +193,14 @@ def wheel_tracking(inputs, parameters, memory):
     way round: errors about all axes have s^2 + 2 zeta kappa s + kappa^2 while they are small.
     """
     p = parameters
-    reference = steered_by(_track(inputs, p, p.first), _track(inputs, p, p.second), p.q_axes)
+    reference = reference_of(inputs, p)
     _follow(inputs, p, memory, reference)
     put_quaternion(memory.q_reference, reference.q)
     put_vector(memory.omega_reference, reference.omega)
     put_vector(memory.alpha_reference, reference.alpha)
     steered, memory.slew_left_rad = _slewing(p, memory, reference, inputs.t_s)
     put_quaternion(memory.q_commanded, steered.q)
-    error, relative = deviation(inputs, (0.0, 0.0, 0.0, 1.0), steered.q, steered.omega)
-    m = carried_torque(inputs, p.inertia, steered.omega, steered.alpha, p.gravity)
-    wanted = scale(-2.0 * p.damping * p.bandwidth, relative)
-    wanted = add_scaled(wanted, -2.0 * p.bandwidth * p.bandwidth, short_way(error))
-    return add(m, sym_vec(p.inertia, wanted))
+    return _torque(inputs, p, steered)
 
 
 class WheelTracking(LawSpec):
@@ -205,6 +210,7 @@ class WheelTracking(LawSpec):
     kernel: ClassVar = wheel_tracking
     memory: ClassVar = _NO_SLEW
     log: ClassVar = {"slew_left_rad": "rad", "q_commanded": "1"}
+    steers: ClassVar = "q_commanded"
     answers: ClassVar = "torque"
     satellite: ClassVar = ("to_ecef",)
     axis: unit_vector("axis")
@@ -285,13 +291,42 @@ class WheelTracking(LawSpec):
         named = {target for target in self.targets if isinstance(target, str)} - {"sun"}
         return found | PLACE if named or self.gravity_feedforward else found
 
+    def held(self) -> Attitude:
+        """What the targets give."""
+        p = self.parameters()
+        targets = Targets(**{name: getattr(p, name) for name in Targets._fields})
+        return Attitude(False, (0.0, 0.0, 0.0, 1.0), targets._replace(to_ecef=()))
+
+    def at_rest(self) -> Law | None:
+        """The law between slews, which remembers nothing: for linear theory.
+
+        None for targets that are at rest in neither the orbital nor the inertial frame.
+        """
+        orbital = self.targets in _IN_ORBIT
+        if not orbital and any(isinstance(each, str) for each in self.targets):
+            return None
+        r, v = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
+        targets = self.held().targets._replace(to_ecef=NO_TARGETS.to_ecef)
+        q, _ = reference_along(targets, [0.0], [r], [v], [r])
+        wanted = tuple(q[0].tolist())
+        if orbital:
+            wanted = multiply(conjugate(from_dcm(dcm_orbital_to_inertial(r, v))), wanted)
+        p = self.parameters()
+        parameters = AtRestParameters(
+            p.bandwidth, p.damping, float(orbital), wanted, p.inertia, p.gravity
+        )
+        return Law(
+            "wheel_tracking_at_rest", wheel_tracking_at_rest, parameters, (), {}, self.needs,
+            spec=self, answers="torque", waits_for=self.needs,
+        )  # fmt: skip
+
     def parameters(self) -> WheelTrackingParameters:
         """Gains, targets, axes, inertia, limits, place."""
         normal = np.cross(self.axis, self.second_axis)
         normal /= np.linalg.norm(normal)
         axes = (self.axis, np.cross(normal, self.axis), normal)
         first, second = (
-            Aim(_NUMBERS[each], _ZERO) if isinstance(each, str) else Aim(0.0, each)
+            Aim(NUMBERS[each], _ZERO) if isinstance(each, str) else Aim(0.0, each)
             for each in self.targets
         )
         place = np.radians((self.latitude_deg or 0.0, self.longitude_deg or 0.0))

@@ -7,6 +7,7 @@ from itertools import accumulate, pairwise
 import numpy as np
 
 from torquer.computer.interface import ROWS, SENSORS
+from torquer.computer.laws.held import Attitude
 from torquer.computer.modes import table
 from torquer.computer.modes.signals import AXES, NUMBER_OF, SIGNALS, UNITS
 from torquer.maths.geometry.vec3 import as_symmetric
@@ -29,8 +30,11 @@ def pack_modes(
     parameters: Mapping,
     sensors: Mapping,
     several: tuple[int, ...],
+    wanted: Attitude | None,
 ):
     """(table, state before the first evaluation) of `modes`, a `torquer.computer.modes.spec.Modes`.
+
+    `wanted`: what the law holds that `attitude_of` names.
 
     Rows lie in the order of the text: a region's transitions from any state, then those of its
     states.
@@ -57,6 +61,7 @@ def pack_modes(
         ),
         np.array([one for of_state in actions for one in of_state], table.ACTION),
         **_directions(modes),
+        **_wanted(wanted if modes.attitude is None else modes.attitude.held()),
         kinds=(*range(len(SENSORS)), *several, *(-1,) * (ROWS - len(SENSORS) - len(several))),
     )
     initial = [numbers[name, region.initial] for name, region in modes.regions.items()]
@@ -167,16 +172,23 @@ def _settings(key: str, parameter: str, value, parameters: Mapping) -> list[tupl
 
 
 def _directions(modes) -> dict:
-    """Axis, target, inertia, wheel, wanted attitude, noise; zeros for what no signal needs."""
+    """Axis, target, inertia, wheel, noise; zeros for what no signal needs."""
     zeros = (0.0, 0.0, 0.0)
-    sun, inertia, attitude = modes.target == "sun", modes.inertia_kg_m2, modes.attitude
+    sun, inertia = modes.target == "sun", modes.inertia_kg_m2
     return {
         "axis": modes.axis or zeros,
         "target": zeros if sun or modes.target is None else modes.target,
         "target_is_sun": float(sun),
         "inertia_kg_m2": zeros + zeros if inertia is None else as_symmetric(inertia),
         "wheel_momentum_n_m_s": modes.wheel_momentum_n_m_s or zeros,
-        "orbital": float(attitude is not None and attitude.orbital),
-        "q_wanted": (*zeros, 1.0) if attitude is None else attitude.q_wanted(),
         "noise": table.Noise() if modes.noise is None else modes.noise.pack(),
     }
+
+
+def _wanted(held: Attitude | None) -> dict:
+    """The wanted attitude, or the targets that give it; nothing where no signal refers to one."""
+    if held is None:
+        return {}
+    if held.targets:
+        return {"follows_targets": 1.0, "targets": held.targets}
+    return {"orbital": float(held.orbital), "q_wanted": held.q_wanted}

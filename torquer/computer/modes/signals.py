@@ -15,6 +15,7 @@ from torquer.computer.informed import known_vector
 from torquer.computer.inputs import read_inputs
 from torquer.computer.interface import MAGNETOMETER
 from torquer.computer.laws.pointing import deviation, reference_motion, short_way
+from torquer.computer.laws.targets import reference_of
 from torquer.computer.modes.coil_check import all_reversed, has_field_reversed, is_ineffective
 from torquer.computer.modes.sensor_check import SUSPECTED_S, is_field_doubtful
 from torquer.computer.modes.turning import fastest_turn
@@ -114,6 +115,9 @@ def axis_to_sun(table, state, k, index):
 @inlined
 def from_wanted(table, inputs):
     """(Quaternion from the wanted attitude to the body, rate relative to its reference frame)."""
+    if table.follows_targets > 0.0:
+        reference = reference_of(inputs, table.targets)
+        return deviation(inputs, (0.0, 0.0, 0.0, 1.0), reference.q, reference.omega)
     return deviation(inputs, table.q_wanted, *reference_motion(inputs, table.orbital))
 
 
@@ -257,13 +261,14 @@ def flag(table, state, k, index):
 class Signal(NamedTuple):
     """A signal: its function, its unit as users write it, what it must be given.
 
-    `needs`: keys of the mode table (`axis`, `target`, `inertia_kg_m2`, `attitude`, `noise`) and of
-    the condition (`state`, `sensor`, `coil`, `flag`). `may_stay_unknown`: it can lack a value for
-    good, so that a state must not wait for it alone. `estimated`: the parts of the estimate that it
-    is computed from ('rate', 'attitude', 'sigma'); it is unknown while one of them is. `reads`:
-    what the computer must provide, as for a law's `needs`. `observes`: what else changes it by a
-    failure: names of `SENSORS` or 'coils'; 'rate' and 'attitude' for what the estimate takes from;
-    'estimator' for all that an estimator compares; 'sensor' for the one that the condition names.
+    `needs`: keys of the mode table (`axis`, `target`, `inertia_kg_m2`, `attitude` or `attitude_of`,
+    `noise`) and of the condition (`state`, `sensor`, `coil`, `flag`). `may_stay_unknown`: it can
+    lack a value for good, so that a state must not wait for it alone. `estimated`: the parts of the
+    estimate that it is computed from ('rate', 'attitude', 'sigma'); it is unknown while one of them
+    is. `reads`: what the computer must provide, as for a law's `needs`. `observes`: what else
+    changes it by a failure: names of `SENSORS` or 'coils'; 'rate' and 'attitude' for what the
+    estimate takes from; 'estimator' for all that an estimator compares; 'sensor' for the one that
+    the condition names.
     `least` and `greatest` value, in its unit; left out: 0, and that of `GREATEST`.
     """
 

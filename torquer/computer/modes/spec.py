@@ -18,6 +18,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from torquer.base.spec import Inertia, Spec, Vector, unit_vector
 from torquer.base.validate import storable_name
 from torquer.computer.interface import NUMBERS
+from torquer.computer.laws.held import Attitude
 from torquer.computer.laws.pointing import HeldAttitude
 from torquer.computer.modes.packing import check_choice, pack_modes
 from torquer.computer.modes.signals import AXES, SIGNALS
@@ -299,6 +300,10 @@ class Modes(Spec):
     """Fixed momentum of a wheel in body axes, a part of the angular momentum; left out: none."""
     attitude: HeldAttitude | None = None
     """Wanted attitude, as laws that hold one have it; signals refer to it."""
+    attitude_of: str | None = None
+    """Name of a law, in place of `attitude`: signals refer to what it holds by its keys, of targets
+    to what these give at the time.
+    """
     noise: SensorNoise | None = None
     """Noise of the sensors; if it is given, sensors and coils are checked, as the signals
     'sensor_suspected', 'coil_suspected', 'coils_reversed' and 'turn_deg_s' report.
@@ -379,11 +384,22 @@ class Modes(Spec):
         return self
 
     @model_validator(mode="after")
+    def _one_attitude(self):
+        if self.attitude is not None and self.attitude_of is not None:
+            raise ValueError(
+                f"attitude_of: must be left out where attitude is given; received "
+                f"{self.attitude_of!r}"
+            )
+        return self
+
+    @model_validator(mode="after")
     def _conditions_can_be_evaluated(self):
         for place, condition in self.all_conditions():
             if condition.flag is not None:
                 check_choice(f"{place}.flag", self.flags, condition.flag)
             for key in SIGNALS[condition.signal].needs:
+                if key == "attitude" and self.attitude_of is not None:
+                    continue
                 if key in Modes.model_fields and getattr(self, key) is None:
                     signal = condition.signal
                     raise ValueError(f"{key}: must be given for the signal {signal}; received none")
@@ -443,13 +459,14 @@ class Modes(Spec):
         parameters: Mapping[str, tuple[int, int]] | None = None,
         sensors: Mapping[str, int] | None = None,
         several: tuple[int, ...] = (),
+        wanted: Attitude | None = None,
     ) -> tuple[ModeTable, ModeState]:
         """The table as kernels take it, and its state before the first evaluation.
 
         `laws`, `estimators`: their numbers by name; `parameters`: by `"law.parameter"` the first
         place in the flat array, and how many numbers; `sensors`: their numbers, of a satellite that
-        has several of a kind, `several`: the number of the kind of each of these. ValueError for a
-        name that is not there.
+        has several of a kind, `several`: the number of the kind of each of these; `wanted`: what
+        the law of `attitude_of` holds. ValueError for a name that is not there.
         """
         named = (laws, estimators or {}, parameters or {}, sensors or NUMBERS)
-        return pack_modes(self, *named, several)
+        return pack_modes(self, *named, several, wanted)

@@ -17,6 +17,7 @@ import numpy as np
 
 from torquer.compile.engine import inlined, without_reference_counts
 from torquer.computer.interface import ROWS, SENSORS
+from torquer.computer.laws.targets import NO_TARGETS, Targets
 from torquer.computer.modes.coil_check import COILS_NOW, first_coils
 from torquer.computer.modes.sensor_alone import SENSOR_NOW
 from torquer.computer.modes.sensor_check import SENSORS_NOW, check_sensors, first_sensors
@@ -80,9 +81,10 @@ class Noise(NamedTuple):
 
 class ModeTable(NamedTuple):
     """The constants; axis, target, inertia (xx, yy, zz, xy, xz, yz), fixed momentum of a wheel
-    [body] and the wanted attitude to the orbital (`orbital` 1) or the inertial frame are what
-    signals take; `noise` is what checks of sensors and coils take, zeros if there are none, and
-    `oldest_s`: how old readings of each sensor become by the timetable.
+    [body] and the wanted attitude to the orbital (`orbital` 1) or the inertial frame, or by targets
+    (`follows_targets` 1), are what signals take; `noise` is what checks of sensors and coils take,
+    zeros if there are none, and `oldest_s`: how old readings of each sensor become by the
+    timetable.
     """
 
     regions: np.ndarray
@@ -97,6 +99,8 @@ class ModeTable(NamedTuple):
     wheel_momentum_n_m_s: tuple = (0.0, 0.0, 0.0)
     orbital: float = 0.0
     q_wanted: tuple = (0.0, 0.0, 0.0, 1.0)
+    follows_targets: float = 0.0
+    targets: Targets = NO_TARGETS
     noise: Noise = Noise()
     oldest_s: tuple = (0.0,) * ROWS
     kinds: tuple = (*range(len(SENSORS)), *(-1,) * (ROWS - len(SENSORS)))

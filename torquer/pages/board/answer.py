@@ -97,7 +97,7 @@ def make_panels(flown: Flown) -> Iterator[Panel]:
     yield Panel("rate", "rate", "deg/s", ("size", "x", "y", "z"), np.column_stack([size, rate]))
     xyz = ("x", "y", "z")
     yield Panel("dipole", "dipole of the coils", "A m²", xyz, flown["dipole_body"].values)
-    error = attitude_error_in(flown, flown.scenario.control)
+    error = attitude_error_in(flown, flown.scenario)
     if error is not None and error.is_held.any():
         values = np.column_stack([error.angle_deg, error.error_deg])
         yield Panel("error", "attitude error", "deg", ("size", *xyz), values)

@@ -45,6 +45,7 @@ from torquer.maths.geometry.vec3 import as_matrix, as_vector
 from torquer.maths.integrate.dop853 import workspace
 from torquer.maths.integrate.rk4 import MOST_NUTATION, MOST_TURN
 from torquer.scenario.control import whole_steps
+from torquer.scenario.held import judged_by_modes
 from torquer.scenario.spec import (
     Scenario,
     Spacecraft,
@@ -179,8 +180,11 @@ def modes_for(scenario: Scenario, blocks: Blocks) -> tuple[ModeTable, ModeState]
         return NO_MODES, first_mode_state(NO_MODES, [])
     laws = {name: number for number, name in enumerate(blocks.laws)}
     numbers, places = estimator_numbers(scenario, blocks), parameter_places(blocks)
-    craft = scenario.spacecraft
-    return modes.pack(laws, numbers, places, craft.rows(), craft.unit_kinds())
+    craft, wanted = scenario.spacecraft, judged_by_modes(scenario.control)
+    if wanted is not None and wanted.targets:
+        earth = _of_satellite(scenario, "to_ecef")
+        wanted = wanted._replace(targets=wanted.targets._replace(to_ecef=earth))
+    return modes.pack(laws, numbers, places, craft.rows(), craft.unit_kinds(), wanted)
 
 
 def estimator_numbers(scenario: Scenario, blocks: Blocks) -> dict[str, int]:

@@ -20,14 +20,13 @@ from torquer.report.flight.view import View, known
 def attitude_error(view: View) -> Picture:
     """Attitude error of the law, with the rate relative to its reference frame."""
     error = known(view.attitude_error)
-    frame = error.frames
     caption = message(
         "{held} The true error is shown, not the on-board estimate; its components are those of "
         "the rotation vector from the reference attitude to the body, about body x, y, z.",
         held=_held_in_words(error),
     )
     angles = message("Attitude error about body axes")
-    rates = message("Rate relative to the {frame} frame", frame=frame)
+    rates = _rates_in_words(error)
     parts = (
         (angles, error.error_deg, "deg"),
         (message("{rates} about body axes", rates=rates), np.degrees(error.rate_rad_s), "deg/s"),
@@ -43,9 +42,20 @@ def attitude_error(view: View) -> Picture:
 def _held_in_words(error: AttitudeError) -> str:
     """From what the error is, and when there is none."""
     used = np.unique(error.which[error.is_held])
+    moves = any(error.attitudes[number].targets for number in used)
     if len(used) == 1:
-        frame = "orbital" if error.attitudes[used[0]].orbital else "inertial"
-        words = message("The reference attitude is fixed in the {frame} frame.", frame=frame)
+        frame = error.attitudes[used[0]].frame
+        words = (
+            message("The reference attitude is the one that the law's targets give at the time.")
+            if moves
+            else message("The reference attitude is fixed in the {frame} frame.", frame=frame)
+        )
+    elif moves:
+        words = message(
+            "The reference is the attitude that the targets of the present mode's law give, one "
+            "of {count}.",
+            count=len(used),
+        )
     else:
         words = message(
             "The reference is the attitude that the laws of the present mode hold, one of "
@@ -53,14 +63,31 @@ def _held_in_words(error: AttitudeError) -> str:
             count=len(used),
             frame=error.frames,
         )
+    if error.has_slews:
+        words = message(
+            "{words} During a slew the attitude commanded is on its way there: the error from it "
+            "is drawn beside.",
+            words=words,
+        )
     if error.is_held.all():
         return words
     return message("{words} Gaps: no attitude is held.", words=words)
 
 
+def _rates_in_words(error: AttitudeError) -> str:
+    """What rates are relative to."""
+    if any(each.targets for each in error.attitudes):
+        return message("Rate relative to the reference")
+    return message("Rate relative to the {frame} frame", frame=error.frames)
+
+
 def angle(view: View) -> Panel:
     """Angle of the attitude error on a logarithmic axis."""
-    series = ((message("angle"), known(view.attitude_error).angle_deg, GREY, 1.3),)
+    error = known(view.attitude_error)
+    whole = message("from the target") if error.has_slews else message("angle")
+    series = [(whole, error.angle_deg, GREY, 1.3)]
+    if error.has_slews:
+        series.append((message("from the commanded attitude"), error.commanded_deg, SKY, 1.0))
     levels, title = limit_levels(view, "attitude error"), message("Attitude error angle")
     return with_room(
         log_panel(view, title, message("[{unit}]", unit="deg"), series, levels, 5.0, view.marks())

@@ -1,0 +1,93 @@
+"""Parts of a mission's design on pointing: what a flight with its laws holds, and a budget."""
+
+import math
+from typing import NamedTuple
+
+import xarray as xr
+
+from torquer.analysis.summary import Summary, summarise, summary_rows, told_rows
+from torquer.analysis.wheel_use import AT_LIMIT
+from torquer.design.pointing_answer import PointingBudget, pointing_budget
+from torquer.design.requests import MissionRequest, PointingRequest
+from torquer.scenario.held import why_no_attitude
+from torquer.scenario.spec import Scenario
+from torquer.simulation.setup.simulate import simulate
+
+
+class FlownLaws(NamedTuple):
+    """A flight of a scenario with its own laws, and its summary."""
+
+    result: xr.Dataset
+    summary: Summary
+
+    def lines(self) -> list[str]:
+        """The rows of the summary."""
+        return [f"{label.strip()}: {text}" for label, text in told_rows(summary_rows(self.summary))]
+
+    @property
+    def saturates(self) -> bool:
+        """Whether a wheel reaches its momentum limit."""
+        return self.summary.get("peak_wheel_momentum_share", 0.0) >= AT_LIMIT
+
+
+def fly_laws(scenario: Scenario) -> FlownLaws:
+    """Fly a scenario as it is."""
+    result = simulate(scenario)
+    return FlownLaws(result, summarise(result))
+
+
+def flown_in_words(found: FlownLaws, within_deg: float) -> str:
+    """How well the laws held their attitude, and what that took of wheels and coils."""
+    said = found.summary
+    mean, peak = (said[f"{kind}_attitude_error_last_revolution_deg"] for kind in ("mean", "peak"))
+    if mean is None:
+        words = f"attitude error {said['final_attitude_error_deg']:.3g} deg at the end"
+    else:
+        words = f"attitude error {mean:.3g} deg in the mean, {peak:.3g} at most"
+        words += " over the last revolution"
+    if (commanded := said.get("peak_commanded_error_last_revolution_deg")) is not None:
+        words += f"; at most {commanded:.3g} deg from what is commanded, slews included"
+    if (share := said.get("peak_wheel_momentum_share")) is not None:
+        words += f"; a wheel up to {100.0 * share:.3g} % of its momentum"
+    if (energy_j := said.get("coil_energy_j")) is not None:
+        words += f"; coils {energy_j:.3g} J"
+    return f"{words}; asked: {within_deg:g} deg"
+
+
+def error_that_counts(found: FlownLaws) -> float:
+    """Error [deg] to be compared with what is asked: with slews that from what is commanded."""
+    keys = ("peak_commanded_error_last_revolution_deg", "peak_attitude_error_last_revolution_deg",
+            "final_attitude_error_deg")  # fmt: skip
+    known = (found.summary.get(key) for key in keys)
+    return next((each for each in known if each is not None), math.inf)
+
+
+def budget_of(scenario: Scenario, request: MissionRequest) -> PointingBudget:
+    """The pointing budget, with as many flights as the mission has of everything."""
+    return pointing_budget(scenario, PointingRequest(flights=request.runs))
+
+
+def budget_in_words(found: PointingBudget, within_deg: float) -> tuple[str, float]:
+    """The absolute error that the confidence does not exceed, the greatest cause; the error."""
+    total, part = found.total.measured("ape"), 100.0 * found.request.confidence
+    predicted = found.total.predicted
+    both = [total and total.errors, predicted and predicted["ape"]]
+    error_deg = max(math.degrees(each.quantile_rad) for each in both if each is not None)
+    words = f"{part:.4g} % of all errors stay below {error_deg:.3g} deg; asked: {within_deg:g} deg"
+    sizes = {line.cause.label: line.measured("ape").errors.rms_rad for line in found.causes
+             if line.measured("ape") is not None}  # fmt: skip
+    if sizes:
+        worst = max(sizes, key=lambda label: sizes[label])
+        words += f"; most is {worst}, {math.degrees(sizes[worst]):.3g} deg rms"
+    return words, error_deg
+
+
+def why_no_hold(scenario: Scenario) -> str:
+    """Why no law's pointing can be flown; "" where it can."""
+    return why_no_attitude(scenario.control)
+
+
+def why_no_budget(scenario: Scenario) -> str:
+    """Why there is no pointing budget; "" where there is one."""
+    modes = scenario.control.named().modes
+    return why_no_hold(scenario) or ("" if modes is None else "modes: no one loop all the time")
