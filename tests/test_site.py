@@ -64,6 +64,7 @@ def test_code_in_a_docstring_stays_in_one_piece(pages):
     assert (
         pages.markdown("Do:\n    a = 1\n    b = 2\nDone.") == "Do:\n\n    a = 1\n    b = 2\nDone."
     )
+    assert pages.markdown("Do.\n\n>>> a\n1\n\nDone.") == "Do.\n\n    >>> a\n    1\n\nDone."
 
 
 def test_the_table_of_names_leads_to_their_docstrings(pages):

@@ -1,11 +1,22 @@
 """torquer: design, analyse, simulate and fly attitude control with magnetorquers and wheels.
 
-    import torquer
-    scenario = torquer.load_scenario("chibis_m_detumble.toml")
-    result = torquer.simulate(scenario)      # an xarray.Dataset with units, frames, scenario
-    torquer.summarise(result)
-    result.torquer.plot.rate()               # derived quantities and pictures: `result.torquer`
-    torquer.citations(result)                # BibTeX of the models, laws and data that it uses
+    >>> import torquer
+    >>> scenario = torquer.scenario_from_text('''
+    ... start = 2025-07-01T00:00:00Z
+    ... orbit = { kind = "circular", altitude_km = 550, inclination_deg = 97.6 }
+    ... spacecraft.body.inertia_kg_m2 = [0.03, 0.03, 0.01]
+    ... spacecraft.coils.limit_a_m2 = 0.2
+    ... initial.rate_deg_s = [8, -5, 3]
+    ... control = { law = { kind = "bdot", gain_a_m2_s_per_t = 2e4 }, sample_s = 1.0 }
+    ... simulation = { duration_s = 600, record_s = 10.0 }
+    ... ''')
+    >>> result = torquer.simulate(scenario)  # an xarray.Dataset with units, frames, scenario
+    >>> print(f"{float(result.torquer.rate()[-1]):.1f} deg/s after ten minutes")
+    7.4 deg/s after ten minutes
+    >>> figure = result.torquer.plot.rate()  # derived quantities and pictures: `result.torquer`
+
+Examples of the names below go on from here. `satellite.toml` is a file with the text above;
+`releases.toml` has a table [campaign] besides.
 
 Names are imported when first used, so that `import torquer` costs nothing.
 """

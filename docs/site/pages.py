@@ -8,6 +8,7 @@ import ast
 import re
 import shutil
 from pathlib import Path
+from textwrap import indent
 
 import generate
 from PIL import Image
@@ -155,7 +156,10 @@ def directive(kind: str, text: str, parts: list[str]) -> str:
 
 
 def markdown(docstring: str) -> str:
-    """A docstring as Markdown: what is indented there is shown as it stands."""
+    """A docstring as Markdown: examples, and what is indented, are shown as they stand."""
+    docstring = re.sub(
+        r"^>>> .*(\n.+)*", lambda code: indent(code[0], "    "), docstring, flags=re.M
+    )
     return re.sub(r"^(\S.*)\n(?=    \S)", r"\1\n\n", docstring, flags=re.M)
 
 

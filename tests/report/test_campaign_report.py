@@ -220,7 +220,7 @@ def test_page_plots_have_the_same_numbers_as_the_pictures(result, summary, writt
     figures = figures_on(written[0].read_text(encoding="utf-8"))
     for figure in figures.values():
         go.Figure(figure)
-    shown = figures["Distribution of settling_s."]
+    shown = figures["Distribution of settling."]
     x, share = trace(shown, "share of members")
     known = member_outcomes(result)["settling_s"]
     for k in (5, 20):
@@ -230,7 +230,7 @@ def test_page_plots_have_the_same_numbers_as_the_pictures(result, summary, writt
     levels = [each["x0"] for each in shown["layout"]["shapes"]]
     for each in summary["outcomes"]["settling_s"]["quantiles"].values():
         assert each["value"] is None or each["value"] in levels
-    rate = figures["rate over time."]
+    rate = figures["Rate over time."]
     _, median = trace(rate, "median")
     series = result["series.settling_s"].transpose("member", "time").values
     flown = series[(result["how_it_ended"] == "complete").values]
@@ -268,7 +268,7 @@ def test_bars_of_sobol_indices_have_their_intervals():
 
 def test_scatter_menu_shows_one_input_at_a_time(written):
     figures = figures_on(written[0].read_text(encoding="utf-8"))
-    figure = figures["settling_s over inputs."]
+    figure = figures["settling over inputs."]
     (menu,) = figure["layout"]["updatemenus"]
     shown = [button["args"][0]["visible"] for button in menu["buttons"]]
     assert len(shown) > 1 and np.sum(shown, axis=0).tolist() == [1] * len(figure["data"])

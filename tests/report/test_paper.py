@@ -6,7 +6,11 @@ from matplotlib.text import Text
 from picture_faults import cut_data, off_the_sheet, overlapping
 
 import torquer
-from torquer.report.common.paper import save_paper
+from torquer.cli import main
+from torquer.design.coil_design import coil
+from torquer.design.requests import CoilRequest
+from torquer.report.common.paper import save_drawn, save_paper
+from torquer.report.theory.designs import draw_coils
 
 
 def check(figures):
@@ -33,6 +37,33 @@ def test_a_campaign(members, make):
     figures = torquer.paper_figures(result)
     check(figures)
     assert figures["distribution_settling_s"].get_label().startswith("Distribution of settling; ")
+
+
+def test_a_design_is_drawn_as_it_was_and_for_a_column(tmp_path):
+    figure = draw_coils(coil(CoilRequest(dipole_a_m2=3.2, diameter_m=0.3, mass_kg=0.2)))
+    written = save_drawn({"coils": figure}, tmp_path, "paper")
+    assert written == [tmp_path / "coils.png", tmp_path / "paper"]
+    check({"coils": figure})
+    assert (
+        tmp_path / "paper/captions.txt"
+    ).read_text() == "coils: 3.2 A m² with 0.2 kg of copper\n"
+    assert {each.suffix for each in (tmp_path / "paper").glob("coils.*")} == {
+        ".png",
+        ".pdf",
+        ".svg",
+    }
+    assert save_drawn({"coils": figure}, tmp_path) == [tmp_path / "coils.png"]
+
+
+@pytest.mark.parametrize("command", ["three-axis", "detumble", "magneto-gyro"])
+def test_a_figure_without_a_folder_is_refused(command, tmp_path, capsys):
+    (tmp_path / "s.toml").touch()
+    with pytest.raises(SystemExit) as left:
+        main(["design", command, str(tmp_path / "s.toml"), "--figure", "paper"])
+    assert left.value.code == 2
+    assert (
+        "--figure: must be given with --out; received paper without it" in capsys.readouterr().err
+    )
 
 
 def test_files_are_the_same_each_time_and_have_outlines_of_letters(detumble, tmp_path):

@@ -59,6 +59,9 @@ def citations(of: Scenario | xr.Dataset) -> str:
     """BibTeX of the models, laws and data that a scenario or result uses, and of torquer.
 
     `of`: a `Scenario`, or the result of a run or campaign; ValueError for anything else.
+
+        >>> print(torquer.citations(scenario).splitlines()[0])
+        @...
     """
     return "\n\n".join(source.as_bibtex() for source in select_sources(of)) + "\n"
 

@@ -134,7 +134,11 @@ def mode_over_time(result: xr.Dataset, region: str | None = None) -> xr.DataArra
 
 
 def derive(result: xr.Dataset) -> xr.Dataset:
-    """All that applies to the run, as one data set over its time, with units."""
+    """All that applies to the run, as one data set over its time, with units.
+
+    >>> torquer.derive(result)["rate"].attrs["units"]
+    'deg/s'
+    """
     return xr.Dataset({name: make(result) for name, make in makers(result).items()})
 
 

@@ -25,6 +25,11 @@ def concat(
     Variables that all runs have are kept; they are NaN at times that a run did not record.
     `scenario`, `seed`, `laws`, `ended` and `versions` become coordinates along `dim`:
     `pick_run(joined, name)` gives a run back as it was. ValueError for no results.
+
+        >>> weak = torquer.simulate(scenario.replace("control.law.gain_a_m2_s_per_t", 5e3))
+        >>> joined = torquer.concat([result, weak], names=["2e4", "5e3"])
+        >>> joined.sizes["run"]
+        2
     """
     results = list(results)
     if not results:
@@ -44,6 +49,10 @@ def pick_run(joined: xr.Dataset, name: str, dim: str = "run") -> xr.Dataset:
     """A run of `concat`, with its scenario, seed and laws as attributes again.
 
     It can be analysed and drawn, but not resumed: the state of the loop is not in it.
+
+        >>> joined = torquer.concat([result, result], names=["first", "second"])
+        >>> torquer.pick_run(joined, "second").attrs["seed"] == result.attrs["seed"]
+        True
     """
     if name not in joined[dim].values:
         known = ", ".join(map(str, joined[dim].values))

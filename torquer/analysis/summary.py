@@ -96,7 +96,11 @@ class Summary(dict):
 
 
 def summarise(result: xr.Dataset) -> Summary:
-    """Summary as plain data: value by key, unit in the key. Printed, it is a table."""
+    """Summary as plain data: value by key, unit in the key. Printed, it is a table.
+
+    >>> torquer.summarise(result)["simulated_s"]
+    600.0
+    """
     scenario = flown_scenario(result)
     omega0 = scenario.orbit.rate_rad_s(scenario.start)
     goals = find_goals(scenario)
@@ -284,6 +288,9 @@ def summary_rows(summary: dict, verdict: bool = True) -> list[tuple[str, str]]:
     """Label and value with unit for every row that applies to the satellite.
 
     The verdict and its limits come first, unless they are shown elsewhere.
+
+        >>> print(dict(torquer.summary_rows(torquer.summarise(result)))["Simulated"])
+        600 s (10 min)
     """
     first = _verdict_rows(summary) if verdict else []
     rows = [

@@ -42,6 +42,10 @@ def to_dataframe(
     `every_s`: of a run the records nearest to multiples of this time [all records]. Units are in
     `frame.attrs["units"]`, by column. ValueError for an unknown variable, for times closer than
     the records, and for a table above 2 GiB.
+
+        >>> frame = torquer.to_dataframe(result, ["rate", "omega_body"], every_s=300.0)
+        >>> list(frame.columns), len(frame)
+        (['rate', 'omega_body_x', 'omega_body_y', 'omega_body_z'], 3)
     """
     import pandas
 
@@ -71,6 +75,10 @@ def write_table(
 
     As `to_dataframe`; CSV has units in its head, `omega_body_x [rad/s]`, Parquet beside its
     columns. ValueError for another ending, and where Parquet lacks pyarrow.
+
+        >>> path = torquer.write_table(result, "run.csv", ["rate"], every_s=300.0)
+        >>> path.read_text().splitlines()[0]
+        'time_s,rate [deg/s]'
     """
     path = Path(path)
     if path.suffix not in _FORMATS:

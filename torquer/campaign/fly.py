@@ -78,6 +78,11 @@ def fly_campaign(
     parameters and memory of laws and estimators, and ValueError names a key that changes more.
     `part`: (k, n) flies the k-th of n parts alone, as each of n machines does; `join_parts` makes
     one campaign of them. KeyboardInterrupt ends the campaign; what has been written is kept.
+
+        >>> varied, campaign = torquer.load_campaign("releases.toml")
+        >>> releases = torquer.fly_campaign(varied, campaign, workers=1)
+        >>> releases.sizes["member"], releases["final_rate_deg_s"].dims
+        (4, ('member',))
     """
     with noted_signals().raising():
         check_campaign(campaign, check_spec(scenario))

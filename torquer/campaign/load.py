@@ -38,7 +38,12 @@ _DRAWN = 10_000
 
 
 def load_campaign(path) -> tuple[Scenario, Campaign]:
-    """The scenario of a TOML file and the campaign in its table `[campaign]`."""
+    """The scenario of a TOML file and the campaign in its table `[campaign]`.
+
+    >>> varied, campaign = torquer.load_campaign("releases.toml")
+    >>> campaign.runs
+    4
+    """
     path = Path(path)
     data = {"name": name_after(path), **parse_toml(read_text(path, "scenario"), "scenario")}
     scenario = scenario_from_data(data, path.parent)

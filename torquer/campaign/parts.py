@@ -53,6 +53,12 @@ def join_parts(
     `files`: results of `fly_campaign(..., part=(k, n))`, in any order; `to`: a file for the whole.
     ValueError for parts of different campaigns, laws, packages or machines that compute other
     digits, for members that two parts have differently, and for those that none has.
+
+        >>> varied, campaign = torquer.load_campaign("releases.toml")
+        >>> for k in (1, 2):  # each on a machine of its own
+        ...     part = torquer.fly_campaign(varied, campaign, to=f"part{k}.nc", part=(k, 2))
+        >>> torquer.join_parts(["part1.nc", "part2.nc"]).sizes["member"]
+        4
     """
     paths = [Path(file) for file in files]
     if not paths:

@@ -64,6 +64,11 @@ class Inputs(NamedTuple):
     `units`: of several devices of a kind each by its number on board, less that of the first one:
     when it was read, and 6 numbers of its reading. `gyro_units`: which of several gyros
     the rate is of, a bit for each; 0 where there is only one.
+
+        >>> flight = torquer.Flight(scenario)
+        >>> inputs = flight.read()  # what a law is called with
+        >>> inputs.t_s, len(inputs.b_body_t)
+        (0.0, 3)
     """
 
     t_s: float

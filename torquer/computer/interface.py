@@ -42,6 +42,14 @@ class Estimate(NamedTuple):
     standard deviation of the attitude about each axis; `sigma_rad_s`: of the rate. `isolated`: 1
     for each sensor whose readings the estimator judges to be wrong, else 0; in the order of
     `SENSORS`. `isolated_units`: the same of each of several devices of a kind.
+
+        >>> nan = float("nan")
+        >>> unknown = (nan, nan, nan)
+        >>> known = torquer.Estimate(
+        ...     5.0, (0.0, 0.0, 0.0, 1.0), (0.01, 0.0, 0.0), unknown, (0.1, 0.1, 0.1), unknown
+        ... )
+        >>> known.omega_body_rad_s
+        (0.01, 0.0, 0.0)
     """
 
     t_s: float = -math.inf
@@ -71,7 +79,12 @@ class Ephemeris(NamedTuple):
 
 
 class Command(NamedTuple):
-    """What a law asks for, in body axes: dipole of the coils, torque on the body by the wheels."""
+    """What a law asks for, in body axes: dipole of the coils, torque on the body by the wheels.
+
+    >>> both = torquer.Command((0.1, 0.0, 0.0), (0.0, 0.0, 1e-4))  # A m^2, N m
+    >>> both.torque_n_m
+    (0.0, 0.0, 0.0001)
+    """
 
     dipole_a_m2: tuple = _ZERO
     torque_n_m: tuple = _ZERO

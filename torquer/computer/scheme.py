@@ -163,6 +163,13 @@ def stage_starts_s(result) -> np.ndarray:
     """When each stage of a simulated scheme began [s]; not a number for one that never did.
 
     `result` is what `simulate` returned.
+
+        >>> bdot = {"kind": "bdot", "gain_a_m2_s_per_t": 2e4}
+        >>> stages = [{"laws": [bdot], "until": {"at_most_s": 100.0}}, {"laws": [{"kind": "off"}]}]
+        >>> scheme = {"kind": "scheme", "stages": stages}
+        >>> staged = torquer.simulate(scenario.replace("control.law", scheme))
+        >>> torquer.stage_starts_s(staged).tolist()
+        [0.0, 100.0]
     """
     names = [str(name) for name in result["mode"].values] if "mode" in result.coords else []
     stages = [k for k, name in enumerate(names) if name.startswith("main.stage_")]
@@ -176,6 +183,13 @@ def stage_at(result) -> np.ndarray:
     """Number of the stage, from 1, at every recorded instant of a simulated scheme.
 
     The last stage's number stays after its end.
+
+        >>> bdot = {"kind": "bdot", "gain_a_m2_s_per_t": 2e4}
+        >>> stages = [{"laws": [bdot], "until": {"at_most_s": 100.0}}, {"laws": [{"kind": "off"}]}]
+        >>> scheme = {"kind": "scheme", "stages": stages}
+        >>> staged = torquer.simulate(scenario.replace("control.law", scheme))
+        >>> torquer.stage_at(staged)[[0, -1]].tolist()
+        [1, 2]
     """
     starts = stage_starts_s(result)
     begun = starts[np.isfinite(starts)]

@@ -13,6 +13,9 @@ def write_report(
     With `plots` also `plots/*.png` and, of a run with modes, the state diagram `plots/modes.svg`;
     the page then shows the overview to browsers without scripts. The folder is created if missing.
     `progress` is called with the fraction done, 0..1. `ValueError` for a result without records.
+
+        >>> torquer.write_report(result, "out")["report"].name
+        'report.html'
     """
     from torquer.report.flight.page import write_page
     from torquer.report.flight.panels import pictures

@@ -30,6 +30,8 @@ def page(answer: Any) -> Figure:
     Of the result of a run or of a campaign, of a filter check, or of an answer of `torquer.design`.
     `page(answer).savefig("page.pdf")` writes it. What does not fit is left out; the page says how
     much. TypeError for an answer without a page.
+
+        >>> torquer.page(result).savefig("page.pdf")
     """
     return draw_page(contents(answer))
 

@@ -31,6 +31,9 @@ def plot(answer: Any) -> Figure | dict[str, Figure]:
     """A matplotlib figure of an answer of `torquer.design` or `torquer.theory`, or several by name.
 
     TypeError for an answer without a picture.
+
+        >>> from torquer.design import CoilRequest, coil
+        >>> figure = torquer.plot(coil(CoilRequest(dipole_a_m2=3.2, diameter_m=0.3, mass_kg=0.2)))
     """
     kinds = sorted(kind.__name__ for kind in plot.registry if kind is not object)
     raise TypeError(

@@ -43,7 +43,14 @@ M = TypeVar("M", bound=BaseModel)
 
 
 class ScenarioError(ValueError):
-    """Errors in a file: one line each."""
+    """Errors in a file: one line each.
+
+    >>> try:
+    ...     scenario.replace("orbit.altitude_km", -1)
+    ... except torquer.ScenarioError as error:
+    ...     print(error)
+    orbit.altitude_km: ...
+    """
 
     def __init__(self, text: str):
         super().__init__("\n".join(map(_shorten, text.split("\n"))))

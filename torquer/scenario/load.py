@@ -24,6 +24,9 @@ def load_scenario(path, *, code: bool = True) -> Scenario:
 
     `code`: whether the Python files that give parts of its surroundings may be executed; they are
     when those are evaluated, not here.
+
+        >>> torquer.load_scenario("satellite.toml").orbit.altitude_km
+        550.0
     """
     path = Path(path)
     text = read_text(path, "scenario")
@@ -33,7 +36,13 @@ def load_scenario(path, *, code: bool = True) -> Scenario:
 def scenario_from_text(
     text: str, name: str = "run", folder: Path = Path(), *, code: bool = True
 ) -> Scenario:
-    """The scenario of a TOML text. `name` is used where the text gives none."""
+    """The scenario of a TOML text. `name` is used where the text gives none.
+
+    >>> from pathlib import Path
+    >>> read = torquer.scenario_from_text(Path("satellite.toml").read_text(), name="satellite")
+    >>> read.name
+    'satellite'
+    """
     return scenario_from_data({"name": name, **parse_toml(text, "scenario")}, folder, code=code)
 
 
@@ -186,7 +195,11 @@ def check_orbit_environment(scenario: Scenario) -> None:
 
 
 def scenario_schema() -> dict:
-    """JSON schema of scenario files, for editors; tables of hardware may begin with a preset."""
+    """JSON schema of scenario files, for editors; tables of hardware may begin with a preset.
+
+    >>> torquer.scenario_schema()["required"]
+    ['start', ...]
+    """
     from torquer.scenario.keys import describe  # which reads the source of all specs
 
     schema = Scenario.model_json_schema(mode="validation")

@@ -230,7 +230,14 @@ def _checked_start(value) -> datetime:
 
 
 class Scenario(Spec):
-    """A whole run."""
+    """A whole run.
+
+    >>> scenario.orbit.altitude_km
+    550.0
+    >>> higher = scenario.replace("orbit.altitude_km", 600)
+    >>> higher.orbit.altitude_km
+    600.0
+    """
 
     name: str = Field(default="run", pattern=r"^\w[\w.-]*$")
     """Name of the run; left out: the name of the file."""

@@ -52,6 +52,14 @@ def smooth_run(result: xr.Dataset) -> xr.Dataset:
     errors that are only considered, for a result that lacks what the computer knew or a control
     step, and for one whose estimates the filter does not find again, as after a change of the
     package.
+
+        >>> filtered = torquer.load_scenario("which_sensors.toml")  # `torquer init --example`
+        >>> for key, value in {"duration_s": 300.0, "step_s": 1.0, "record_s": 1.0}.items():
+        ...     filtered = filtered.replace(f"simulation.{key}", value)
+        >>> filtered = filtered.replace("simulation.record_inputs", True)
+        >>> smoothed = torquer.smooth_run(torquer.simulate(filtered))
+        >>> smoothed["attitude_sigma_smoothed"].dims
+        ('time', 'axis')
     """
     scenario = flown_scenario(result)
     spec = kalman_filter(scenario)

@@ -7,7 +7,7 @@ from cyclopts import Parameter
 
 from torquer.cli.compiling import compiling_shown, show_progress
 from torquer.cli.loading import load_checked, load_usable
-from torquer.cli.options import FLAT, CodeOptions, Json
+from torquer.cli.options import FLAT, CodeOptions, Figure, Json
 from torquer.cli.output import make_writable, moving_bar, print_answer, writing_to
 from torquer.design.requests import (
     BenchRequest,
@@ -29,6 +29,7 @@ def three_axis(
     out: Annotated[
         Path | None, Parameter(help="Folder for map.png, page.pdf, laws as TOML.")
     ] = None,
+    figure: Figure = None,
     json: Json = False,
     code: CodeOptions = CodeOptions(),
 ) -> int:
@@ -40,11 +41,13 @@ def three_axis(
     """
     from torquer.design.three_axis_gains import three_axis as answer
 
+    _check_figure(figure, out)
     satellite = None if scenario is None else _load_satellite(scenario, code)
     if out is not None:
         make_writable(out)
     found = answer(satellite, how)
-    return print_answer(found, json, out, [] if out is None else _write_laws(found, out))
+    files = [] if out is None else _write_laws(found, out, figure)
+    return print_answer(found, json, out, files)
 
 
 def _load_satellite(path: Path, code: CodeOptions):
@@ -60,20 +63,26 @@ def _load_satellite(path: Path, code: CodeOptions):
         raise ScenarioError(str(error).replace(_NOTHING, _NOTHING + enough)) from None
 
 
-def _write_laws(found, out: Path) -> list[Path]:
+def _check_figure(figure: Figure, out: Path | None) -> None:
+    """Figures need a folder: ValueError without one."""
+    if figure and out is None:
+        raise ValueError(f"--figure: must be given with --out; received {figure} without it")
+
+
+def _write_laws(found, out: Path, figure: Figure) -> list[Path]:
     """map.png, page.pdf and a TOML file of each law."""
-    from torquer.report.common.figure import save_figure
     from torquer.report.common.one_page import save_page
+    from torquer.report.common.paper import save_drawn
     from torquer.report.theory.designs import draw_design, gain_map
     from torquer.report.theory.one_page import three_axis_page
     from torquer.simulation.results.file import put
 
     over = gain_map(found)
     with writing_to(out):
-        picture = save_figure(draw_design(found, over), out / "map.png")
+        pictures = save_drawn({"map": draw_design(found, over)}, out, figure)
         page = save_page(three_axis_page(found, over), out)
         laws = found.tables().items()
-        return [picture, page, *(put(out / f"{name}.toml", text) for name, text in laws)]
+        return [*pictures, page, *(put(out / f"{name}.toml", text) for name, text in laws)]
 
 
 def detumble(
@@ -84,6 +93,7 @@ def detumble(
     out: Annotated[
         Path | None, Parameter(help="Folder for gains.png, page.pdf, the new scenario.")
     ] = None,
+    figure: Figure = None,
     json: Json = False,
     code: CodeOptions = CodeOptions(),
 ) -> int:
@@ -95,19 +105,21 @@ def detumble(
     """
     from torquer.design.detumbling import detumble as answer
 
+    _check_figure(figure, out)
     satellite = load_checked(scenario, code)
     if out is not None:
         make_writable(out)
     given, columns = ("completed", "total"), ("MofNCompleteColumn", "TimeRemainingColumn")
     with moving_bar("flights", given, *columns) as progress:
         sweep = answer(satellite, how, progress)
-    return print_answer(sweep, json, out, [] if out is None else _write_gain(sweep, out))
+    files = [] if out is None else _write_gain(sweep, out, figure)
+    return print_answer(sweep, json, out, files)
 
 
-def _write_gain(sweep, out: Path) -> list[Path]:
+def _write_gain(sweep, out: Path, figure: Figure) -> list[Path]:
     """gains.png, page.pdf, and scenario.toml with the gain chosen."""
-    from torquer.report.common.figure import save_figure
     from torquer.report.common.one_page import save_page
+    from torquer.report.common.paper import save_drawn
     from torquer.report.theory.designs import draw_gains
     from torquer.report.theory.one_page import gain_page
     from torquer.scenario.toml_text import to_toml
@@ -116,7 +128,7 @@ def _write_gain(sweep, out: Path) -> list[Path]:
     plain = sweep.with_gain().model_dump(mode="json", exclude_unset=True, exclude_none=True)
     with writing_to(out):
         return [
-            save_figure(draw_gains(sweep), out / "gains.png"),
+            *save_drawn({"gains": draw_gains(sweep)}, out, figure),
             save_page(gain_page(sweep), out),
             put(out / "scenario.toml", to_toml(plain)),
         ]
@@ -130,6 +142,7 @@ def magneto_gyro(
     out: Annotated[
         Path | None, Parameter(help="Folder for law, scenario, pictures, page.pdf.")
     ] = None,
+    figure: Figure = None,
     json: Json = False,
     code: CodeOptions = CodeOptions(),
 ) -> int:
@@ -141,17 +154,19 @@ def magneto_gyro(
     """
     from torquer.design.gyro.gains import magneto_gyro as answer
 
+    _check_figure(figure, out)
     satellite = load_usable(scenario, code, out)
     with compiling_shown():
         made = answer(satellite, how)
-    return print_answer(made, json, out, [] if out is None else _write_gyro(made, out))
+    files = [] if out is None else _write_gyro(made, out, figure)
+    return print_answer(made, json, out, files)
 
 
-def _write_gyro(made, out: Path) -> list[Path]:
+def _write_gyro(made, out: Path, figure: Figure) -> list[Path]:
     """law.toml, scenario.toml with the law in a mode table and a campaign, and the pictures."""
     from torquer.design.gyro.flown_scenario import campaign_table
-    from torquer.report.common.figure import save_figures
     from torquer.report.common.one_page import save_page
+    from torquer.report.common.paper import save_drawn
     from torquer.report.theory.magneto_gyro import draw_gyro_design
     from torquer.report.theory.one_page import gyro_page
     from torquer.scenario.toml_text import to_toml
@@ -163,7 +178,7 @@ def _write_gyro(made, out: Path) -> list[Path]:
         return [
             put(out / "law.toml", to_toml({"control": {"law": made.law}})),
             put(out / "scenario.toml", to_toml(data)),
-            *save_figures(draw_gyro_design(made), out).values(),
+            *save_drawn(draw_gyro_design(made), out, figure),
             save_page(gyro_page(made), out),
         ]
 

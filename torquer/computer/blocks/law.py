@@ -95,6 +95,16 @@ class Law(Block):
     law states an estimate of its own, as `NOTHING_STATED`. `waits_for`: what of its `needs` must be
     finite numbers for it to be called; a user's law sees what sensors read. `satellite`: its
     parameters that follow from the scenario, of `OF_SATELLITE`, unless they are given.
+
+        >>> @torquer.law(parameters={"gain": 2e4}, compiled=False)
+        ... def brake(inputs, parameters, memory):
+        ...     x, y, z = inputs.omega_body_rad_s
+        ...     bx, by, bz = inputs.b_body_t
+        ...     k = parameters.gain
+        ...     return (k * (y * bz - z * by), k * (z * bx - x * bz), k * (x * by - y * bx))
+        >>> stronger = brake.with_parameters(gain=4e4)
+        >>> stronger.name, stronger.answers
+        ('brake', 'dipole')
     """
 
     answers: Literal["dipole", "torque", "command"] = "dipole"
@@ -200,6 +210,16 @@ def law(
         def my_law(inputs, parameters, memory):
             ...
             return (mx, my, mz)
+
+        >>> @torquer.law(parameters={"gain": 2e4}, limits={"gain": (0, 1e6)}, compiled=False)
+        ... def brake(inputs, parameters, memory):
+        ...     x, y, z = inputs.omega_body_rad_s
+        ...     bx, by, bz = inputs.b_body_t
+        ...     k = parameters.gain
+        ...     return (k * (y * bz - z * by), k * (z * bx - x * bz), k * (x * by - y * bx))
+        >>> braked = torquer.simulate(scenario, law=brake)
+        >>> bool(braked.torquer.rate()[-1] < braked.torquer.rate()[0])
+        True
     """
     options = {
         "parameters": parameters, "limits": limits, "memory": memory, "log": log, "needs": needs,

@@ -1,4 +1,8 @@
-"""Estimators, one file each; adding one is one file and its line in `ESTIMATORS`."""
+"""Estimators, one file each; adding one is one file and its line in `ESTIMATORS`.
+
+>>> torquer.ESTIMATORS["attitude_sensor"]().kind
+'attitude_sensor'
+"""
 
 from typing import Annotated
 

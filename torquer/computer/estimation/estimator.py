@@ -168,6 +168,14 @@ def estimator(
         def my_estimator(inputs, parameters, memory):
             ...
             return torquer.Estimate(inputs.t_s, q, omega, (0, 0, 0), sigma_rad, sigma_rad_s)
+
+        >>> @torquer.estimator(memory={"sigma_rad": 0.1}, compiled=False)
+        ... def as_read(inputs, parameters, memory):
+        ...     sigma = (memory.sigma_rad, memory.sigma_rad, memory.sigma_rad)
+        ...     q, omega = inputs.q_body_to_inertial, inputs.omega_body_rad_s
+        ...     return torquer.Estimate(inputs.t_s, q, omega, (0.0, 0.0, 0.0), sigma, sigma)
+        >>> as_read.name
+        'as_read'
     """
     options: dict[str, Any] = {
         "parameters": parameters,

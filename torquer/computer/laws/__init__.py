@@ -1,6 +1,9 @@
 """Control laws, one file each; adding one is one file and its line in `built_in`.
 
 A law answers with a command: a dipole for the coils, a torque on the body for the wheels, or both.
+
+    >>> torquer.LAWS["bdot"](gain_a_m2_s_per_t=2e4).gain_a_m2_s_per_t
+    20000.0
 """
 
 from typing import Annotated, Any

@@ -45,6 +45,14 @@ def standard_scheme(
     least; `kind` in the first may name another of its laws. `during_spin_up`: keys of nutation
     damping that goes on then. `damped`: conditions that end the damping. The spin-up ends at
     `spin_deg_s` about the axis, and the momentum to reach is that of this spin.
+
+        >>> scheme = torquer.standard_scheme(
+        ...     target=(0.0, 0.0, 1.0), inertia_kg_m2=(0.1, 0.1, 0.15), spin_deg_s=3.0,
+        ...     nutation_damping={"gain_a_m2_s_per_t": 1e5}, spin_up={"gain_a_m2_per_t": 1e4},
+        ...     reorientation={"gain_a_m2_per_t": 1e4},
+        ... )
+        >>> len(scheme["stages"])
+        3
     """
     tensor = validate.inertia_tensor("inertia_kg_m2", inertia_kg_m2)
     along = np.asarray(axis, float) / np.linalg.norm(axis)
@@ -80,6 +88,15 @@ def recommended_scheme(
     `preliminary`: keys of either preliminary law, a gain or a relay; it must be weaker than the
     damping, which it works against. `preliminary_at_most_s`: limit of its stage, whose other end
     is that of the damping. The rest as for `standard_scheme`.
+
+        >>> scheme = torquer.recommended_scheme(
+        ...     60.0, preliminary={"gain_a_m2_per_t": 1e3}, target=(0.0, 0.0, 1.0),
+        ...     inertia_kg_m2=(0.1, 0.1, 0.15), spin_deg_s=3.0,
+        ...     nutation_damping={"gain_a_m2_s_per_t": 1e5}, spin_up={"gain_a_m2_per_t": 1e4},
+        ...     reorientation={"gain_a_m2_per_t": 1e4},
+        ... )
+        >>> len(scheme["stages"])
+        4
     """
     found = standard_scheme(**standard)
     damping, *rest = found["stages"]

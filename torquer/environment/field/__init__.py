@@ -2,6 +2,9 @@
 
 IGRF-14 and WMM2025 (the field at a place and date), tilted dipole (the Earth's daily rotation),
 direct dipole (the uneven rotation along the orbit), averaged (the field that theory can integrate).
+
+    >>> "igrf14" in torquer.FIELDS
+    True
 """
 
 from typing import Annotated

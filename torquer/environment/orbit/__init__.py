@@ -3,6 +3,9 @@
 Every orbit is a frozen spec with `state(t_s, start_utc, dut1_s) -> r_m [n, 3], v_m_s [n, 3]` in
 the inertial frame that its `frame` names, `rate_rad_s(start_utc)` and `period_s`. `dut1_s`, UT1 -
 UTC at the start, matters for numerical orbits only, whose forces depend on the Earth's rotation.
+
+    >>> torquer.ORBITS["circular"](altitude_km=550, inclination_deg=97.6).altitude_km
+    550.0
 """
 
 from typing import Annotated

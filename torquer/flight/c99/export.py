@@ -89,6 +89,10 @@ def export_c(
     `framework`: "fprime", "cfs" or "freertos" writes a component, app or task around it as well.
     Raises a ValueError of one line for a kernel that cannot be translated (file, line, construct,
     what to write instead), and for an orbit or a field that the ephemeris cannot have.
+
+        >>> files = torquer.export_c(scenario, "computer", steps=20)
+        >>> "adcs.h" in {path.name for path in files}
+        True
     """
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 1:
         raise ValueError(f"steps: must be a whole number of 1 or more; received {steps!r}")

@@ -9,7 +9,14 @@ from matplotlib.lines import Line2D
 
 from torquer.campaign.contents import failed_in, member_inputs, member_outcomes, succeeded_in
 from torquer.campaign.statistics import as_columns
-from torquer.report.campaign.shared import axis_label, correlated, is_wide, literal, shorten
+from torquer.report.campaign.shared import (
+    axis_label,
+    correlated,
+    is_wide,
+    literal,
+    outcome_in_words,
+    shorten,
+)
 from torquer.report.common.colours import BLUE, GREY, ORANGE
 from torquer.report.common.figure import INK, SMALL, foot, place, quiet, sheet
 
@@ -132,7 +139,8 @@ def draw_correlations(result: xr.Dataset, summary: dict) -> Figure | None:
     for (name, found), height in zip(bars.items(), heights, strict=True):
         axes = place(figure, 2.9, top + 0.3, 4.0, height - 0.35)
         _draw_bars(axes, found, chance)
-        axes.set_title(name, fontsize=9.5, loc="left", color=INK, x=-0.68, pad=3)
+        said = literal(outcome_in_words(summary, name))
+        axes.set_title(said, fontsize=9.5, loc="left", color=INK, x=-0.68, pad=3)
         top += height
         axes.tick_params(labelbottom=top > sum(heights))
     axes.set_xlabel("Spearman's rank correlation", fontsize=SMALL)

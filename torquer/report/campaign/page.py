@@ -20,6 +20,7 @@ from torquer.report.campaign.interactive import (
     scatter_figure,
     sobol_figure,
 )
+from torquer.report.campaign.shared import outcome_in_words
 from torquer.report.campaign.tables import (
     campaign_rows,
     category_grid,
@@ -59,6 +60,11 @@ def write_page(result: xr.Dataset, summary: dict, pictures: Mapping[str, Path], 
     return put(path, text)
 
 
+def _as_title(words: str) -> str:
+    """Words that begin a heading."""
+    return words[:1].upper() + words[1:]
+
+
 def _outcomes(summary: dict) -> dict:
     caption = (
         f"In brackets: {percent(summary['confidence'])} confidence intervals for independent "
@@ -72,9 +78,12 @@ def _each_outcome(result: xr.Dataset, summary: dict) -> list[dict]:
     return [
         card(
             f"outcome_{name}",
-            name,
+            _as_title(outcome_in_words(summary, name)),
             each["definition"],
-            _plot(distribution_figure(result, summary, name), f"Distribution of {name}")
+            _plot(
+                distribution_figure(result, summary, name),
+                f"Distribution of {outcome_in_words(summary, name)}",
+            )
             if each["mean"] is not None
             else {},
             {"pairs": outcome_rows(each)},
@@ -93,10 +102,11 @@ def _over_time(result: xr.Dataset, summary: dict, pictures: Mapping[str, Path]) 
     for names in series_by_signal(result):
         name = f"series_{names[0]}"
         if name in pictures:
-            title = f"{signal_title(result, names)} over time"
+            title = f"{_as_title(signal_title(result, names))} over time"
+            worst = ", ".join(outcome_in_words(summary, name) for name in names)
             caption = (
                 "Percentiles at each instant over the members that did not fail, and the members "
-                f"with the worst {', '.join(names)}."
+                f"with the worst {worst}."
             )
             figure = bands_figure(result, summary, names)
             found.append(card(name, title, caption, _plot(figure, title)))
@@ -121,7 +131,10 @@ def _dependence(result: xr.Dataset, summary: dict) -> list[dict]:
         _plot(bars, "Rank correlations of outcomes with inputs"),
         {"grid": correlation_grid(summary)} if summary["correlations"] else {},
         *(
-            _plot(scatter_figure(result, summary, name), f"{name} over inputs")
+            _plot(
+                scatter_figure(result, summary, name),
+                f"{outcome_in_words(summary, name)} over inputs",
+            )
             for name in member_outcomes(result)
         ),
     )
@@ -141,7 +154,10 @@ def _by_category(summary: dict) -> list[dict]:
             caption,
             {"grid": category_grid(found)},
             *(
-                _plot(category_figure(found, name), f"{name} by {found['input']}")
+                _plot(
+                    category_figure(found, name),
+                    f"{outcome_in_words(summary, name)} by {found['input']}",
+                )
                 for name in found["units"]
             ),
         )
@@ -163,8 +179,9 @@ def _sensitivity(summary: dict) -> list[dict]:
     parts: list[dict] = []
     for name, found in summary["sensitivity"]["outcomes"].items():
         if found["groups"]:
-            figure = _plot(sobol_figure(found["groups"]), f"Sobol indices of {name}")
-            parts += [{"title": name}, figure]
+            said = outcome_in_words(summary, name)
+            figure = _plot(sobol_figure(found["groups"]), f"Sobol indices of {said}")
+            parts += [{"title": _as_title(said)}, figure]
     grid = {"grid": sensitivity_grid(summary)}
     return [card("sensitivity", "Sensitivity", caption, *parts, grid)]
 
@@ -174,7 +191,8 @@ def _convergence(result: xr.Dataset, summary: dict) -> list[dict]:
     parts = [
         _plot(
             convergence_figure(name, counts, each, result, summary),
-            f"Convergence of {'the success rate' if name == SUCCESS else name}",
+            "Convergence of "
+            + ("the success rate" if name == SUCCESS else outcome_in_words(summary, name)),
         )
         for name, each in found.items()
     ]

@@ -20,6 +20,11 @@ def in_words(name: str, unit: str = "") -> str:
     return key_words(name).removesuffix(f" {unit.lower()}") or name
 
 
+def outcome_in_words(summary: dict, name: str) -> str:
+    """An outcome of a summary, or the success, as a reader says it."""
+    return in_words(name, summary["outcomes"].get(name, {}).get("unit", ""))
+
+
 def axis_label(name: str, unit: str) -> str:
     """An outcome or a signal in words and its unit in brackets, for matplotlib and plotly alike."""
     return with_unit(in_words(name, unit), unit)

@@ -5,6 +5,7 @@ What a figure shows is told by its caption, not on it: `captions.txt` has a line
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from textwrap import wrap
 from typing import Any
 
 from matplotlib import rc_context
@@ -21,6 +22,8 @@ MM = 1.0 / 25.4
 WIDTH, TEXT, DPI = 88.0 * MM, 8.0, 300
 #: Height of a plot with its labels, and what each row of a legend adds [inch].
 _PLOT, _ROW = 56.0 * MM, 4.0 * MM
+#: Letters of a label that fit into a line below a plot.
+_LETTERS_A_LINE = 46
 #: Letters of a PDF as outlines of the font, which publishers ask for; the same names in each SVG.
 _LETTERS: dict = {"pdf.fonttype": 42, "svg.hashsalt": "torquer", "svg.fonttype": "path"}
 
@@ -35,13 +38,35 @@ def column(draw: Callable[[Any], str], height: float = _PLOT) -> Figure:
     axes = figure.subplots()
     figure.set_label(draw(axes))
     axes.set_title("", loc="left")
-    axes.xaxis.labelpad = axes.yaxis.labelpad = 2.0
+    return _finished(figure)
+
+
+def as_column(figure: Figure, height: float | None = None) -> Figure:
+    """A figure of panels, as `stack_panels` makes it, made as wide as a column; its title becomes
+    the caption.
+
+    `height` [inch]: of all panels together [one plot's for each].
+    """
+    figure.set_label(figure.get_suptitle())
+    figure.suptitle("")
+    figure.set_size_inches(WIDTH, height or _PLOT * len(figure.axes))
+    figure.set_dpi(DPI)
+    for axes in figure.axes:
+        axes.set_xlabel("\n".join(wrap(axes.get_xlabel(), _LETTERS_A_LINE)))
+    return _finished(figure)
+
+
+def _finished(figure: Figure) -> Figure:
+    """Text of one size, legends above the axes, and the layout fixed, once for all three files."""
+    for axes in figure.axes:
+        axes.xaxis.labelpad = axes.yaxis.labelpad = 2.0
     for text in figure.findobj(Text):
         text.set_fontsize(TEXT)
-    if axes.get_legend():
-        _fit_legend(axes)
+    for axes in figure.axes:
+        if axes.get_legend():
+            _fit_legend(axes)
     figure.draw_without_rendering()
-    figure.set_layout_engine("none")  # once for all three files
+    figure.set_layout_engine("none")
     return figure
 
 
@@ -63,6 +88,18 @@ def _fit_legend(axes) -> None:
         if columns == 1 or box.width <= figure.bbox.width:
             return
         legend.remove()
+
+
+def save_drawn(figures: Mapping[str, Figure], folder: Path, paper: object = None) -> list[Path]:
+    """Write pictures of an answer as NAME.png and, with `paper`, also each as one of a column.
+
+    Those stand in the folder `paper`. Returns what was written: files, and that folder.
+    """
+    written = [save_figure(figure, folder / f"{name}.png") for name, figure in figures.items()]
+    if not paper:
+        return written
+    save_paper({name: as_column(figure) for name, figure in figures.items()}, folder / "paper")
+    return [*written, folder / "paper"]
 
 
 def save_paper(figures: Mapping[str, Figure], folder: Path) -> list[Path]:

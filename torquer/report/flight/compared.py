@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from html import escape
 
 import numpy as np
@@ -31,13 +31,22 @@ _DECADES = 5.0
 
 @dataclass(frozen=True)
 class Comparison:
-    """The result of `compare`; shows itself in notebooks."""
+    """The result of `compare`; shows itself in notebooks.
+
+    >>> weak = torquer.simulate(scenario.replace("control.law.gain_a_m2_s_per_t", 5e3))
+    >>> both = torquer.compare(result, weak, names=["2e4", "5e3"])
+    >>> both.rows()[0][0]
+    'Verdict'
+    >>> figure = both.plot()
+    >>> sorted(both.as_plain())
+    ['changed', 'runs']
+    """
 
     names: tuple[str, ...]
-    results: tuple[xr.Dataset, ...]
-    summaries: tuple[dict, ...]
+    results: tuple[xr.Dataset, ...] = field(repr=False)
+    summaries: tuple[dict, ...] = field(repr=False)
     """The summary of each run, as `torquer.summarise` gives it."""
-    changed: dict[str, list]
+    changed: dict[str, list] = field(repr=False)
     """Keys whose values differ between the scenarios, with the value of each run."""
 
     def rows(self) -> list[tuple[str, ...]]:
@@ -88,6 +97,10 @@ def compare(*results: xr.Dataset, names: Sequence[str] | None = None) -> Compari
     """Two to six runs side by side: differing keys, key numbers, one picture.
 
     `names` of the runs: by default those of their scenarios. ValueError for another number of runs.
+
+        >>> weak = torquer.simulate(scenario.replace("control.law.gain_a_m2_s_per_t", 5e3))
+        >>> torquer.compare(result, weak, names=["2e4", "5e3"]).changed
+        {'control.law.gain_a_m2_s_per_t': [20000.0, 5000.0]}
     """
     if not 2 <= len(results) <= MOST:
         raise ValueError(f"results: must be 2 to {MOST} runs; received {len(results)}")

@@ -79,6 +79,18 @@ class Flight(Uplinked):
     `calibrate_coils` and `calibrate_tachometers` give it what the ground sends up. `laws`: laws by
     the names of the scenario's, which take their place. `computer`: as of `torquer.simulate`, works
     in their place.
+
+        >>> flight = torquer.Flight(scenario)
+        >>> while (inputs := flight.read()) is not None and inputs.t_s < 60.0:
+        ...     flight.command((0.0, 0.0, 0.0))
+        >>> kept = flight.snapshot()
+        >>> flight.command((0.2, 0.0, 0.0))
+        >>> flight.restore(kept)
+        >>> part = flight.result()
+        >>> again = torquer.Flight(scenario)
+        >>> again.resume(part)
+        >>> again.now_s == flight.now_s
+        True
     """
 
     def __init__(

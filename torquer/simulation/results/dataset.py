@@ -360,5 +360,9 @@ def _runs_as(run: Run, block: Block) -> str:
 
 
 def flown_laws(result: xr.Dataset) -> dict[str, dict]:
-    """Laws and estimators that were flown, by key: name, parameters, text, how they ran."""
+    """Laws and estimators that were flown, by key: name, parameters, text, how they ran.
+
+    >>> {key: law["name"] for key, law in torquer.flown_laws(result).items()}
+    {'law': 'bdot'}
+    """
     return json.loads(result.attrs["laws"])

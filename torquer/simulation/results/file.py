@@ -43,6 +43,8 @@ def save(result: xr.Dataset, path, how: dict | None = None) -> None:
     """Write a result as NetCDF; what stood there before is replaced when all is written.
 
     `how`: more arguments of `xarray.Dataset.to_netcdf`.
+
+        >>> torquer.save(result, "run.nc")
     """
     save_sealed(in_bytes(result, how), path)
 
@@ -81,6 +83,10 @@ def load(path) -> xr.Dataset:
 
     ValueError for a file that is not as it was written, and for a folder without a result or with
     two.
+
+        >>> torquer.save(result, "run.nc")
+        >>> torquer.load("run.nc").identical(result)
+        True
     """
     from torquer.simulation.results import netcdf
 

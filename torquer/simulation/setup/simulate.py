@@ -43,7 +43,15 @@ if TYPE_CHECKING:
 
 class RunStopped(Exception):
     """A run that ended early. `result` holds what was computed until then; `interrupted` is true
-    if the keyboard stopped it, not a failure."""
+    if the keyboard stopped it, not a failure.
+
+        >>> try:
+        ...     torquer.simulate(scenario, lambda t_s, *inputs: (float("nan"), 0.0, 0.0))
+        ... except torquer.RunStopped as stopped:
+        ...     until_s = float(stopped.result.time[-1])
+        >>> until_s
+        0.0
+    """
 
     def __init__(self, reason: str, result: xr.Dataset, interrupted: bool):
         super().__init__(reason)
@@ -79,6 +87,10 @@ def simulate(
     in place of the Python kernels, with the same bits.
     Raises `RunStopped`, with what was computed, if the state or a law's output is not finite, on
     an error inside a law and on a keyboard interrupt.
+
+        >>> damped = torquer.simulate(scenario)
+        >>> damped["omega_body"].dims, damped["omega_body"].attrs["units"]
+        (('time', 'axis'), 'rad/s')
     """
     scenario = check_scenario(scenario)
     _check_size(scenario, to)
@@ -112,6 +124,10 @@ def resume(
     `computer`: as of `simulate`; it may be given or left out whatever the run began with.
     ValueError for a result that is damaged, of another version of torquer or of another run; a
     warning where the last bits may differ, as on another kind of processor.
+
+        >>> half = torquer.simulate(scenario, until_s=300.0)
+        >>> torquer.resume(half).identical(result)
+        True
     """
     with noting_signals() as signals:
         if not isinstance(result, str | os.PathLike):

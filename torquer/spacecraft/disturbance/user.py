@@ -20,6 +20,16 @@ class TorqueInputs(NamedTuple):
     the length of the pressure of its light, zero in the umbra; `flow_body`: velocity relative to
     the air times the root of its density [sqrt(Pa)]; `argument_of_latitude_rad`: that at the start,
     and on by the mean orbital rate.
+
+        >>> def drag(here):  # a torque of your own: `disturbance.own.NAME` names its file
+        ...     return tuple(-1e-6 * rate for rate in here.omega_body_rad_s)
+        >>> here = torquer.TorqueInputs(
+        ...     t_s=0.0, omega_body_rad_s=(0.5, 0.0, -0.5), b_body_t=(2e-5, 0.0, 0.0),
+        ...     up_body=(0.0, 0.0, 1.0), light_body_pa=(0.0, 0.0, 0.0), flow_body=(0.0, 0.0, 0.0),
+        ...     argument_of_latitude_rad=0.0,
+        ... )
+        >>> drag(here)
+        (-5e-07, -0.0, 5e-07)
     """
 
     t_s: float = 0.0

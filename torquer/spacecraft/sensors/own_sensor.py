@@ -26,6 +26,16 @@ class SensorInputs(NamedTuple):
     `b_body_t`: field; `sun_body`: unit vector to the Sun, whatever hides it; `sunlit_fraction`:
     visible part of its disc; `r_inertial_m`: position; `noise`: three normal numbers of the
     standard deviation that the scenario states, new ones for each reading.
+
+        >>> def sun_vector(here):  # a sensor of your own: `spacecraft.own_sensor` names its file
+        ...     return tuple(here.sunlit_fraction * part for part in here.sun_body)
+        >>> here = torquer.SensorInputs(
+        ...     t_s=0.0, q_body_to_inertial=(0.0, 0.0, 0.0, 1.0), omega_body_rad_s=(0.0, 0.0, 0.0),
+        ...     b_body_t=(2e-5, 0.0, 0.0), sun_body=(0.0, 0.0, 1.0), sunlit_fraction=0.5,
+        ...     r_inertial_m=(7e6, 0.0, 0.0), noise=(0.0, 0.0, 0.0),
+        ... )
+        >>> sun_vector(here)
+        (0.0, 0.0, 0.5)
     """
 
     t_s: float = 0.0

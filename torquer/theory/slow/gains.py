@@ -99,6 +99,11 @@ def sampling_limit_rad_s(
     """Greatest rate [rad/s] that sampled B-dot still damps; without lag pi/(d + a + 2 delay).
 
     Infinite where d + a = 0 without a delay.
+
+        >>> import math
+        >>> limit_rad_s = torquer.sampling_limit_rad_s(difference_s=3.0, hold_s=3.0)
+        >>> round(math.degrees(limit_rad_s), 9)
+        30.0
     """
     return _turn_rate(0.5 * math.pi, difference_s, hold_s, lag_s, delay_s)
 
@@ -167,6 +172,10 @@ def bdot_gain(
     """Gain k [A m^2 s/T] that damps the rate e-fold in `damping_time_s`, away from saturation.
 
     k = J / (T B^2 share duty): `share` from `damped_share`, `duty` = actuation over cycle.
+
+        >>> gain = torquer.bdot_gain(damping_time_s=5700.0, inertia_kg_m2=0.03, field_t=3e-5)
+        >>> f"{gain:.0f}"
+        '8772'
     """
     _positive(damping_time_s=damping_time_s, inertia_kg_m2=inertia_kg_m2, field_t=field_t)
     for name, part in (("share", share), ("duty", duty)):
@@ -190,6 +199,9 @@ def bdot_greatest_gain(
     limit, with and without a measurement window alike; with lag the limit is that of the map of a
     cycle (`slow_loop`). `difference_s`: hold_s unless given, 0 for laws that take no difference;
     `measure_s`: window in which the coils are off. Stay well below, at half of it for instance.
+
+        >>> torquer.bdot_greatest_gain(least_inertia_kg_m2=0.01, greatest_field_t=5e-5, hold_s=1.0)
+        8000000.0
     """
     _positive(
         least_inertia_kg_m2=least_inertia_kg_m2, greatest_field_t=greatest_field_t, hold_s=hold_s
