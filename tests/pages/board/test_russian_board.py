@@ -62,7 +62,9 @@ def test_all_that_is_seen_is_russian_and_can_be_reached(served):
         sync_api.expect(page.locator("#theory td").first).to_be_visible()
         sync_api.expect(page.locator("#state")).to_have_text(re.compile("^[0-9]+ мс$"))
         page.locator("#pin").click()
-        sync_api.expect(page.get_by_role("textbox", name="орбита наклонение [град]")).to_be_visible()
+        sync_api.expect(
+            page.get_by_role("textbox", name="орбита наклонение [град]")
+        ).to_be_visible()
         assert serious_findings(page) == []
         seen = page.locator("body").inner_text()
         options = page.evaluate("[...document.querySelectorAll('option')].map((x) => x.text)")
