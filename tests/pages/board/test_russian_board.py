@@ -11,7 +11,9 @@ from torquer.pages.board import words
 
 PATIENCE_MS = 60_000.0
 #: What stands on the page and is no word: files, axes of Euler angles, keys, kinds, presets.
-_NAMES = re.compile(r"torquer( board)?|Python|TOML|IGRF|WGS84|TLE|[a-z0-9]*_[\w.]*|B-dot|UTC|IERS")
+_NAMES = re.compile(
+    r"torquer( board)?|Python|TOML|IGRF|WGS84|TLE|mission|[a-z0-9]*_[\w.]*|B-dot|UTC|IERS"
+)
 _WORD = re.compile(r"[A-Za-z]{4,}")
 
 
