@@ -62,8 +62,11 @@ def test_russian_is_in_russian_with_dashes_and_one_word_for_a_thing():
 
 
 #: Messages of nothing but names: of commands, keys of keyboards, files, kinds of text.
-_SAME = ("campaign join", "campaign compare", "theory magneto-gyro", "{out}: report.html, plots/", "control: measure_s + actuate_s", "torquer board")
-_SAME += ("Ctrl-Z", "Ctrl-Shift-Z", "TOML", "ut1 minus utc")
+_SAME = (
+    *("campaign join", "campaign compare", "theory magneto-gyro", "torquer board"),
+    *("{out}: report.html, plots/", "control: measure_s + actuate_s", "ut1 minus utc"),
+    *("Ctrl-Z", "Ctrl-Shift-Z", "TOML"),
+)
 
 
 def test_a_text_of_several_lines_is_read_as_written(tmp_path):

@@ -7,7 +7,7 @@ from torquer.base.recognised import recognise, templates
 
 CATALOGUE = {
     "{name} is below {limit:.3g} {unit}": "{name}: меньше {limit} {unit}",
-    "{what} of {name}": "{what} у {name}",
+    "{what} of {name}": "{what} для {name}",
     "{a:g} of {b:g} wheels": "{a} из {b} маховиков",
     "the rate": "скорость",
     "rate": "скорость",
@@ -31,7 +31,7 @@ KNOWN = templates(CATALOGUE)
         ("the rate is below 0.25 deg/s", "скорость: меньше 0.25 deg/s"),
         ("the rate is below much deg/s", "the rate is below much deg/s"),  # no number
         ("3 of 4 wheels", "3 из 4 маховиков"),
-        ("rate of power", "скорость у мощность"),
+        ("rate of power", "скорость для мощность"),
         ("a long walk of a short man", "a long walk of a short man"),  # of too few letters
         ("twice 2 and 2", "дважды 2"),
         ("twice 2 and 3", "twice 2 and 3"),

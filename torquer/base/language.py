@@ -92,10 +92,8 @@ def translated(template: str, **values: object) -> str:
 def _known(code: str, text: str) -> str:
     """A text that was not made by `message`: told as it is, or as what its templates say."""
     bare = text.strip()
-    if not re.search("[A-Za-z]{2}", bare):
-        return text
-    words = catalogue(code).gettext(bare)
-    if words == bare:
+    words = catalogue(code).gettext(bare) if bare else ""
+    if words == bare and re.search("[A-Za-z]{2}", bare):
         words = recognise(bare, _templates(code), lambda part: _known(code, part))
     start = len(text) - len(text.lstrip())
     return text[:start] + words + text[start + len(bare) :]

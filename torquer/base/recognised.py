@@ -11,7 +11,7 @@ from string import Formatter
 from typing import NamedTuple
 
 #: Where a text that is not recognised is parted; brackets are told by what is in them.
-_BETWEEN = ("\n", "   ", "; ", ": ", ". ", " (", ")", ", ", " [", "]", " - ", "  ")
+_BETWEEN = ("\n", "   ", "; ", ": ", ". ", " (", ")", ", ", " [", "]", " - ", " and ", "  ")
 _NUMBER = r"[-+±~≥≤<> ]*(?:\d[\d.,]*(?:e[-+]?\d+)?|nan|inf)%?"
 #: Where a text without such marks is parted: numbers that stand alone.
 _NUMBERS = re.compile(r"((?<!\S)[-+±]?\d[\d.,]*(?:e[-+]?\d+)?%?(?!\S))")
@@ -22,7 +22,7 @@ _SENTENCE = re.compile(r"[A-Za-z]{2,} [a-z]{2,} [a-z]{2,}")
 #: Longer texts are not for reading at a glance: scenarios, code.
 _LONGEST = 2000
 #: Letters from which a template is taken for what was said whatever its values are.
-_SURE = 8
+_SURE = 16
 
 
 class Template(NamedTuple):
@@ -82,7 +82,7 @@ def recognise(text: str, known: Iterable[Template], tell: Callable[[str], str]) 
 
 def _is_plain(value: str) -> bool:
     """Whether a value is one number, name or word."""
-    return len(value.split()) <= 2
+    return len(value.split()) <= 2 and ":" not in value
 
 
 def _filled(translation: str, values: Mapping[str, str]) -> str:
@@ -116,4 +116,4 @@ def _in_columns(text: str, tell: Callable[[str], str]) -> str:
 def _joined(text: str, parts: list[str], mark: str, tell: Callable[[str], str]) -> str:
     said = [tell(part) for part in parts]
     left = (part for part, words in zip(parts, said, strict=True) if part == words)
-    return text if any(map(_SENTENCE.search, left)) else mark.join(said)
+    return text if any(map(_SENTENCE.search, left)) else tell(mark).join(said)

@@ -16,7 +16,7 @@ from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 
-from torquer.base.language import Verbatim, told
+from torquer.base.language import ENGLISH, Verbatim, language, told
 from torquer.base.strict_json import json_text
 
 #: ASCII transliterations of the characters that the package itself prints.
@@ -218,6 +218,8 @@ def console(stderr: bool = False, **keys):
 def table_console(width: int):
     """A console for wide tables: as wide as the terminal, or of a given width without one."""
     screen = console()
+    if language() != ENGLISH:  # its heads are longer, and numbers are not to be folded
+        width += width // 2
     return screen if screen.is_terminal else console(width=width)
 
 

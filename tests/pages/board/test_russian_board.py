@@ -11,7 +11,9 @@ from torquer.pages.board import words
 
 PATIENCE_MS = 60_000.0
 #: What stands on the page and is no word: files, axes of Euler angles, keys, kinds, presets.
-_NAMES = re.compile(r"torquer( board)?|Python|TOML|IGRF|WGS84|TLE|[a-z0-9]*_[\w.]*|B-dot|UTC|IERS")
+_NAMES = re.compile(
+    r"torquer( board)?|Python|TOML|IGRF|WGS84|TLE|mission|[a-z0-9]*_[\w.]*|B-dot|UTC|IERS"
+)
 _WORD = re.compile(r"[A-Za-z]{4,}")
 
 
@@ -62,7 +64,9 @@ def test_all_that_is_seen_is_russian_and_can_be_reached(served):
         sync_api.expect(page.locator("#theory td").first).to_be_visible()
         sync_api.expect(page.locator("#state")).to_have_text(re.compile("^[0-9]+ мс$"))
         page.locator("#pin").click()
-        sync_api.expect(page.get_by_role("textbox", name="орбита наклонение [град]")).to_be_visible()
+        sync_api.expect(
+            page.get_by_role("textbox", name="орбита наклонение [град]")
+        ).to_be_visible()
         assert serious_findings(page) == []
         seen = page.locator("body").inner_text()
         options = page.evaluate("[...document.querySelectorAll('option')].map((x) => x.text)")
