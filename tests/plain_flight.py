@@ -1,12 +1,13 @@
-"""A satellite with coils in plain NumPy: rigid body, field, law, without a line of the simulator's.
+"""A satellite with coils on one page: rigid body, field, law, without a line of the simulator's.
 
 Of the package it has the field along the orbit alone.
 """
 
 import math
 
+import numba
 import numpy as np
-from scipy.integrate import solve_ivp
+from scipy.integrate import ode
 
 
 class PlainFlight:
@@ -28,16 +29,6 @@ class PlainFlight:
         self.field, self.rate = field[1:-1], (field[2:] - field[:-2]) / self.sample_s
         self.start = scenario.motion_at_start()
 
-    def derivative(self, state, b_inertial, dipole):
-        p, q, r = omega = state[4:]
-        x, y, z, w = state[:4]
-        b = in_body(state, b_inertial)
-        torque = np.array(_cross(dipole + self.residual, b))
-        gyroscopic = np.array(_cross(self.inertia @ omega, omega))
-        turn = [w * p + y * r - z * q, w * q + z * p - x * r, w * r + x * q - y * p,
-                -(x * p + y * q + z * r)]  # fmt: skip
-        return np.array([*(0.5 * each for each in turn), *(self.inverse @ (torque + gyroscopic))])
-
     def flown(self, steps=None):
         """State at the end: by so many steps of RK4 a sample, or by DOP853 to 1e-13."""
         state = self.start
@@ -46,50 +37,91 @@ class PlainFlight:
             turning = in_body(state, self.rate[2 * k]) - np.array(_cross(state[4:], b))
             dipole = np.clip(self.law(b, turning, state[4:]), -self.limit, self.limit)
 
-            def rates(t, y, k=k, dipole=dipole):
-                return self.derivative(y, self.field_at(k, t / self.sample_s), dipole)
-
-            state = self._by_rk4(rates, state, steps) if steps else self._by_scipy(rates, state)
+            body = dipole + self.residual, self.inertia, self.inverse
+            field = self.field[2 * k : 2 * k + 3]
+            if steps:
+                state = _by_rk4(state, field, self.sample_s, steps, *body)
+            else:
+                state = _by_scipy(state, field, self.sample_s, body)
             state = np.array([*(state[:4] / np.linalg.norm(state[:4])), *state[4:]])
         return state
 
-    def field_at(self, k, s):
-        """The field at a part of a sample: a parabola through three points."""
-        a, m, e = self.field[2 * k : 2 * k + 3]
-        return a * (1 - s) * (1 - 2 * s) + 4 * m * s * (1 - s) + e * s * (2 * s - 1)
 
-    def _by_scipy(self, rates, state):
-        found = solve_ivp(rates, (0.0, self.sample_s), state, "DOP853", rtol=1e-13, atol=1e-15)
-        return found.y[:, -1]
-
-    def _by_rk4(self, rates, state, steps):
-        h = self.sample_s / steps
-        for t in h * np.arange(steps):
-            a = rates(t, state)
-            b = rates(t + 0.5 * h, state + 0.5 * h * a)
-            c = rates(t + 0.5 * h, state + 0.5 * h * b)
-            state = state + h / 6.0 * (a + 2.0 * (b + c) + rates(t + h, state + h * c))
-        return state
+def _by_scipy(state, field, sample_s, body):
+    solver = ode(_rates).set_integrator("dop853", rtol=1e-13, atol=1e-15, nsteps=10_000)
+    solver.set_initial_value(state, 0.0).set_f_params(field, sample_s, *body)
+    state = solver.integrate(sample_s)
+    assert solver.successful()
+    return state
 
 
+@numba.njit
+def _rates(t, state, field, sample_s, dipole, inertia, inverse):
+    return _derivative(state, _field_at(field, t / sample_s), dipole, inertia, inverse)
+
+
+@numba.njit
+def _by_rk4(state, field, sample_s, steps, dipole, inertia, inverse):
+    h = sample_s / steps
+    for n in range(steps):
+        now, middle, then = n / steps, (n + 0.5) / steps, (n + 1.0) / steps
+        a = _derivative(state, _field_at(field, now), dipole, inertia, inverse)
+        b = _derivative(state + 0.5 * h * a, _field_at(field, middle), dipole, inertia, inverse)
+        c = _derivative(state + 0.5 * h * b, _field_at(field, middle), dipole, inertia, inverse)
+        d = _derivative(state + h * c, _field_at(field, then), dipole, inertia, inverse)
+        state = state + h / 6.0 * (a + 2.0 * (b + c) + d)
+    return state
+
+
+@numba.njit
+def _field_at(field, s):
+    """The field at a part of a sample: a parabola through three points."""
+    a, m, e = field[0], field[1], field[2]
+    return a * (1 - s) * (1 - 2 * s) + 4 * m * s * (1 - s) + e * s * (2 * s - 1)
+
+
+@numba.njit
+def _derivative(state, b_inertial, dipole, inertia, inverse):
+    p, q, r = state[4], state[5], state[6]
+    x, y, z, w = state[0], state[1], state[2], state[3]
+    omega = state[4:]
+    torque = np.array(_cross(dipole, in_body(state, b_inertial)))
+    gyroscopic = np.array(_cross(inertia @ omega, omega))
+    found = np.empty(7)
+    found[0] = 0.5 * (w * p + y * r - z * q)
+    found[1] = 0.5 * (w * q + z * p - x * r)
+    found[2] = 0.5 * (w * r + x * q - y * p)
+    found[3] = -0.5 * (x * p + y * q + z * r)
+    found[4:] = inverse @ (torque + gyroscopic)
+    return found
+
+
+@numba.njit
 def _cross(a, b):
     """As numpy.cross, which is slow for one vector."""
-    (a1, a2, a3), (b1, b2, b3) = a, b
-    return a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
+@numba.njit
 def in_body(state, v):
     """A vector of inertial axes in those of the body."""
-    x, y, z, w = state[:4] / math.sqrt(float(state[:4] @ state[:4]))
-    to_inertial = np.array([
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-    ])  # fmt: skip
-    return v @ to_inertial
+    size = math.sqrt(state[0] ** 2 + state[1] ** 2 + state[2] ** 2 + state[3] ** 2)
+    x, y, z, w = state[0] / size, state[1] / size, state[2] / size, state[3] / size
+    found = np.empty(3)
+    found[0] = (
+        (1 - 2 * (y * y + z * z)) * v[0] + 2 * (x * y + z * w) * v[1] + 2 * (x * z - y * w) * v[2]
+    )
+    found[1] = (
+        2 * (x * y - z * w) * v[0] + (1 - 2 * (x * x + z * z)) * v[1] + 2 * (y * z + x * w) * v[2]
+    )
+    found[2] = (
+        2 * (x * z + y * w) * v[0] + 2 * (y * z - x * w) * v[1] + (1 - 2 * (x * x + y * y)) * v[2]
+    )
+    return found
 
 
 def apart(one, other) -> tuple[float, float]:
     """Angle [rad] between two attitudes, and the greatest difference of the rates [rad/s]."""
-    angle = 2.0 * math.acos(min(1.0, abs(float(one[:4] @ other[:4]))))
+    between = one[3] * other[:3] - other[3] * one[:3] - np.cross(one[:3], other[:3])
+    angle = 2.0 * math.asin(min(1.0, float(np.linalg.norm(between))))
     return angle, float(np.abs(one[4:] - other[4:]).max())

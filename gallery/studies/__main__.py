@@ -8,11 +8,17 @@ import argparse
 from pathlib import Path
 
 from gallery.drawing import save_small
-from gallery.studies import bar_magnet_page, non_monotonic_page, pocketqube_page
+from gallery.studies import (
+    bar_magnet_page,
+    non_monotonic_page,
+    pocketqube_page,
+    single_coil_page,
+    upmsat_page,
+)
 from gallery.studies.flying import store
 
 DOCS = Path(__file__).parents[2] / "docs"
-_PAGES = (pocketqube_page, non_monotonic_page, bar_magnet_page)
+_PAGES = (pocketqube_page, non_monotonic_page, bar_magnet_page, single_coil_page, upmsat_page)
 STUDIES = {page.STUDY.name: page.STUDY for page in _PAGES}
 HEAD = """# Published studies, flown again
 

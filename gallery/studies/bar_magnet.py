@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gallery.studies.flying import digits, fly_all, read
+from gallery.studies.flying import digits, first_attitude, fly_all, read
 from torquer.base.conventions import MU_0_H_M
 from torquer.compile.engine import kernel
 from torquer.maths.geometry.attitudes import to_body
@@ -129,18 +129,12 @@ def days_to_settle(angle_deg: np.ndarray) -> float:
     return last * REVOLUTION / 1440.0 if last < len(whole) else math.inf
 
 
-def first_attitude(number: int) -> np.ndarray:
-    """Quaternion of a start, of its number alone."""
-    four = np.random.default_rng([2010, number]).standard_normal(4)
-    return four / np.linalg.norm(four)
-
-
 def fly(case: str, starts: int | None = None) -> list[dict]:
     """Days until each start settles, by the number of rods on an axis; None: more than 14."""
     given, step_s = CASES[case]
 
     def of(number: int) -> dict:
-        members = {str(count): with_rods(count, first_attitude(number)) for count in COUNTS}
+        members = {str(count): with_rods(count, first_attitude(2010, number)) for count in COUNTS}
         if step_s is None:
             angles = {count: angle_flown(each) for count, each in members.items()}
         else:

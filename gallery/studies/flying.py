@@ -7,8 +7,12 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 
 from torquer.base.version import VERSION
+from torquer.campaign.fly import fly_campaign
+from torquer.campaign.load import campaign_from_data
+from torquer.scenario.spec import Scenario
 
 HERE = Path(__file__).parent
 
@@ -43,6 +47,20 @@ def fly_all(fly: Callable, members: Iterable) -> list[dict]:
     """What `fly` says of each member, two at a time."""
     with ThreadPoolExecutor(2) as pool:
         return [*pool.map(fly, members)]
+
+
+def fly_table(
+    scenario: Scenario, table: dict[str, list], outcomes: dict, workers: int = 2
+) -> xr.Dataset:
+    """A campaign of the members of a table, side by side where they can be."""
+    campaign = campaign_from_data({"table": table, "outcomes": outcomes}, scenario)
+    return fly_campaign(scenario, campaign, workers=workers)
+
+
+def first_attitude(year: int, number: int) -> np.ndarray:
+    """Quaternion of a start of a study, of its number alone; all attitudes are alike."""
+    four = np.random.default_rng([year, number]).standard_normal(4)
+    return four / np.linalg.norm(four)
 
 
 def digits(number: float | None, count: int = 7) -> float | None:

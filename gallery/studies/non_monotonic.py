@@ -11,8 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gallery.studies.flying import fly_all, read
-from gallery.studies.lanes import hours_below
+from gallery.studies.flying import digits, fly_all, fly_table, read
 from torquer.scenario.change import with_values
 from torquer.scenario.load import load_scenario
 
@@ -153,6 +152,13 @@ def table(number: int, case: Case) -> dict[str, list]:
     """The starts on an orbit by keys of the scenario."""
     rows = [start(case.starts * number + k, case) for k in range(case.starts)]
     return {key: [row[key] for row in rows] for key in rows[0]}
+
+
+def hours_below(scenario, starts: dict[str, list], part: float) -> list[float | None]:
+    """Hours until each of the starts on an orbit has less than a part of its first momentum."""
+    below = {"signal": {"of_start": "momentum_n_m_s"}, "what": {"first_below": part}}
+    found = fly_table(scenario, starts, {"below_s": below}, workers=1)
+    return [digits(each / 3600.0) for each in found["below_s"].values]
 
 
 def fly(name: str, orbits: int | None = None) -> list[dict]:
