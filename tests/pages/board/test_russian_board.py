@@ -29,7 +29,7 @@ def test_page_and_scripts_have_their_texts_from_the_catalogue():
     assert _WORD.findall(_NAMES.sub("", shown)) == []
     said = json.loads(words.messages().removeprefix("export const words = ").rstrip(";\n"))
     assert len(said) > 50
-    assert [text for text in said if text == said[text]] == ["torquer board", *_KEYS]
+    assert {text for text in said if text == said[text]} == {"torquer board", *_KEYS}
     assert [text for text in words.texts() if text not in said] == []
 
 
