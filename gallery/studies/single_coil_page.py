@@ -48,8 +48,8 @@ which is what a rate of 0.1 deg/s makes of the field, {b_dot} of {b_dots} flight
 {low} to {high} % of the attitudes, by start. The rate about the coil remains, and only the body's
 own coupling takes it away. Waiting helps little: {ten} in ten hours. The dead band, which we do
 not know, decides as much as the law: {bare} without one, {wide} with 200 nT/s. A coil that never
-rests nearly always keeps an axis too fast. Steps do not matter: with errors of 1e-6 deg no time
-moves by more than {moved:.0f} s (records are 10 s apart)."""
+rests nearly always keeps an axis too fast. Steps do not matter: with errors of 1e-6 deg
+times differ by at most {moved:.0f} s, with a record every 10 s."""
 
 
 def section() -> str:

@@ -62,7 +62,7 @@ with a standard deviation of {measured_sd} deg. Ours are {moved:.1f} and {moved_
 scatter is what the law makes, but a mean offset it does not make over whole orbits. Telemetry came
 from above one station only. How the field's rate is formed matters more than the gain: from the
 mean of one cycle to that of the next it comes a second late, and the axis is {late:.1f} deg off.
-Short steps change the angles by at most {steps:.2f} deg."""
+Short steps change the angles by at most {steps:.1g} deg."""
 
 
 def section() -> str:
