@@ -149,8 +149,8 @@ TOML = {
     ("your-own-law", 4): ("changes", "examples/wheels_in_flight.toml", "my_satellite.toml"),
 }
 
-# Tables of an example that a page says to leave out when it is changed.
-LEFT_OUT = {("your-own-law", 4): ("mission",)}
+# Tables of an example that are left out when it is changed: a page says so, or has its own.
+LEFT_OUT = {("campaign", 2): ("campaign",), ("your-own-law", 4): ("mission",)}
 
 # Blocks of Python that are a file for the blocks after them, too.
 FILES = {("campaign", 1): "tip_off.py", ("your-own-law", 3): "brake.py"}

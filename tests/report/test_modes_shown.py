@@ -93,7 +93,7 @@ def test_summary_has_laws_and_modes(switched, detumble):
 
 
 def test_a_law_within_modes_has_its_attitude_error(view):
-    assert view.attitude_error is not None and view.attitude_error.orbital
+    assert view.attitude_error is not None and view.attitude_error.frames == "orbital"
     assert "final_attitude_error_deg" in view.summary
 
 
