@@ -1,5 +1,6 @@
 """Members side by side fly as each does alone, to the bit."""
 
+import itertools
 import re
 from pathlib import Path
 
@@ -372,9 +373,15 @@ def assembly_of(function, *arguments):
 
 def is_of_vectors(assembly):
     """Whether products are of vectors; beside them stands the loop of scalars for arrays that
-    overlap, which is never taken."""
-    products = re.findall(r"\bv?(?:mul|fmadd\d+|fmsub\d+|fnmadd\d+)(p|s)d\b", assembly)
-    return products.count("p") >= 0.9 * products.count("s") > 0
+    overlap, which is never taken, and of which some processors' code has several copies in a row.
+    """
+    of_blocks = {"p": [], "s": []}
+    for block in re.split(r"^\.?L\w+:", assembly, flags=re.M):
+        products = re.findall(r"\bv?(?:mul|fmadd\d+|fmsub\d+|fnmadd\d+)(p|s)d\b", block)
+        for kind, counts in of_blocks.items():
+            counts += [products.count(kind)] if kind in products else []
+    scalars = sum(count for count, _ in itertools.groupby(of_blocks["s"]))
+    return sum(of_blocks["p"]) >= 0.9 * scalars > 0
 
 
 def multiply_all(a, b, out):
