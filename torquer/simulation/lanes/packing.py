@@ -16,7 +16,7 @@ from torquer.spacecraft.failures import COIL_FAILURE, COMPUTER_FAILURE, SENSOR_F
 NONE: Mapping = MappingProxyType({})
 #: What moves the body begins at a multiple of this many numbers: a few sun sensors change none of
 #: its places, and so not the compiled `propagate`.
-_BEGINS = 128
+_BEGINS = 256
 #: Records at which the loop looks once for all members.
 _SHARED = (SENSOR_FAILURE, COIL_FAILURE, COMPUTER_FAILURE)
 
