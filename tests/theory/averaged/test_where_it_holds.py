@@ -10,8 +10,8 @@ from torquer.compile import engine
 from torquer.scenario.load import load_scenario
 from torquer.theory.averaged.answer import law_gains, law_motion
 from torquer.theory.averaged.assumed import CIRCULAR, TO_CONE_AXIS, WITHIN_LIMITS
-from torquer.theory.averaged.conditions import SAMPLED
-from torquer.theory.averaged.flights import Flight
+from torquer.theory.averaged.conditions import EACH_FLOWN, FLOWN, SAMPLED
+from torquer.theory.averaged.flights import Flight, Flights
 from torquer.theory.averaged.requests import LawRequest
 from torquer.theory.slow.axis_stability import nutation_growth
 from torquer.theory.validity import Limit, judge
@@ -88,9 +88,20 @@ def test_never_of_an_equatorial_orbit_is_doubted():
     found = law_motion("bdot", asked)
     lines = found.lines()
     assert "angular momentum to 20 %: never" in lines
-    assert "doubtful: the formula says never, but true motions go there" in lines
+    assert any("flown 3 times: not within 59.7 revolutions" in line for line in lines)
+    assert "doubtful: the formula says never, but true motions go on towards it" in lines
     assert any("dipole's tilt" in line for line in lines)
     assert all(line in found._repr_html_() for line in found.verdict[:1])
+
+
+@pytest.mark.parametrize(
+    ("flown", "words"),
+    [((math.inf, 150.0), "go there"), ((math.inf, math.inf), "go on towards it")],
+)
+def test_a_doubted_never_says_whether_a_motion_arrived(flown, words):
+    flights = Flights(tuple(Flight(0.0, math.inf, each, 200.0, 0.4, 0.0) for each in flown))
+    doubt = flights.doubt(FLOWN, EACH_FLOWN)
+    assert doubt.words == f"the formula says never, but true motions {words}"
 
 
 def test_requests_without_a_meaning_are_refused():

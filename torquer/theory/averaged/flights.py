@@ -93,7 +93,12 @@ class Flights(NamedTuple):
             return None
         words = ""
         if value == 0.0:
-            words = "the formula says never, but true motions go there"
+            arrives = any(math.isfinite(flight.flown) for flight in self.each)
+            words = (
+                "the formula says never, but true motions go there"
+                if arrives
+                else "the formula says never, but true motions go on towards it"
+            )
         elif math.isinf(value):
             words = "the formula gives a time, but a true motion does not come there"
         return Doubt(median, value, words)
