@@ -35,3 +35,9 @@ def test_what_has_no_law_that_holds_or_no_one_loop_is_left_out():
     for name in ("pointing in flight", "pointing budget"):
         part = walk(name, tumbles, MissionRequest())
         assert (part.state, part.words) == (LEFT_OUT, "laws that hold none (bdot)")
+
+
+def test_where_wheels_hold_no_hold_by_coils_is_designed():
+    part = walk("hold by coils", LOOKS, MissionRequest())
+    assert (part.state, part.words) == (LEFT_OUT, "reaction wheels: coils alone need not hold")
+    assert part.open == ()

@@ -193,6 +193,11 @@ def _why_no_coils(scenario: Scenario) -> str:
     return "" if scenario.spacecraft.coils else "no coils"
 
 
+def _why_no_coil_hold(scenario: Scenario) -> str:
+    has = scenario.spacecraft.wheels
+    return _why_no_coils(scenario) or ("reaction wheels: coils alone need not hold" if has else "")
+
+
 def _why_no_pitch_wheel(scenario: Scenario) -> str:
     has = any(scenario.spacecraft.body.wheel_momentum_n_m_s)
     return _why_no_coils(scenario) or ("" if has else "no wheel_momentum_n_m_s of the body")
@@ -216,7 +221,7 @@ def _why_no_law(scenario: Scenario) -> str:
 #: Parts by name: the function, and why a satellite has none of it ("" where it has).
 PARTS: dict[str, tuple[Callable, Callable[[Scenario], str]]] = {
     "detumbling": (detumbling, _why_no_coils),
-    "hold by coils": (hold, _why_no_coils),
+    "hold by coils": (hold, _why_no_coil_hold),
     "pitch wheel": (pitch_wheel, _why_no_pitch_wheel),
     "sensors and filter": (sensors, _why_no_filter),
     "reaction wheels": (wheel_array, _why_no_wheels),
