@@ -74,6 +74,13 @@ def test_one_side_is_given(keys):
         EndWhen(signal="rate_deg_s", **keys)
 
 
+@pytest.mark.parametrize("value", [0.0, -1.0])
+def test_what_no_size_is_below_is_refused(value):
+    """Rate and momentum are sizes: such a run would never end early, and say nothing."""
+    with pytest.raises(ValidationError, match="greater than 0"):
+        EndWhen(signal="rate_deg_s", below=value)
+
+
 def test_it_is_told_in_words():
     assert EndWhen(**BELOW).in_words == "rate_deg_s below 1.2 for 60 s"
     assert EndWhen(**HALF).in_words == "momentum_n_m_s below 0.5 of its start"
