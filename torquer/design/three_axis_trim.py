@@ -9,6 +9,7 @@ from torquer.theory.three_axis.gain_search import Candidate, DesignTask
 from torquer.theory.three_axis.response import PointingError, greatest_angle
 from torquer.theory.three_axis.sampled import SOURCES
 from torquer.theory.three_axis.trim import TrimDesign, design_trim
+from torquer.theory.validity import LEAN
 
 _DIPOLE = SOURCES[1]
 
@@ -49,13 +50,17 @@ class TrimAnswer:
 def offered_trim(
     task: DesignTask, candidates: Mapping[str, Candidate], within_deg: float
 ) -> TrimAnswer | None:
-    """The trim, if some law's steady error exceeds `within_deg` most of all by the dipole."""
+    """The trim, if some law's steady error exceeds `within_deg` most of all by the dipole.
+
+    None where what is left without the dipole lies beyond the linear theory, too.
+    """
     errors = {name: each.error for name, each in candidates.items() if each.error is not None}
     left = {
-        name: math.degrees(_without_dipole(error)) for name, error in errors.items()
+        name: _without_dipole(error) for name, error in errors.items()
         if math.degrees(error.greatest_rad) > within_deg and _is_most(error)
     }  # fmt: skip
-    return TrimAnswer(design_trim(task), left) if left else None
+    known = {name: math.degrees(rad) for name, rad in left.items() if LEAN.holds(rad)}
+    return TrimAnswer(design_trim(task), known) if known else None
 
 
 def _is_most(error: PointingError) -> bool:

@@ -1,0 +1,36 @@
+"""The trim of the residual dipole is offered where its promise lies within the linear theory."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from torquer.design import three_axis_trim
+from torquer.theory.three_axis.response import greatest_angle
+from torquer.theory.three_axis.sampled import SOURCES
+from torquer.theory.validity import LEAN
+
+
+def candidate(dipole_rad: float, rest_rad: float):
+    """A law whose error is that of the residual dipole and of the source before it."""
+    axis = np.array([[1.0, 0.0, 0.0]])
+    by_source = {name: np.zeros((1, 3)) for name in SOURCES}
+    by_source |= {SOURCES[0]: rest_rad * axis, SOURCES[1]: dipole_rad * axis}
+    turns = sum(by_source.values())
+    error = SimpleNamespace(
+        turns=turns, by_source=by_source, greatest_rad=float(greatest_angle(turns))
+    )
+    return SimpleNamespace(error=error)
+
+
+@pytest.mark.parametrize(
+    ("rest_rad", "offered"), [(0.1, True), (0.9 * LEAN.most, True), (1.1 * LEAN.most, False)]
+)
+def test_what_it_leaves_is_told_within_the_linear_theory_alone(monkeypatch, rest_rad, offered):
+    monkeypatch.setattr(three_axis_trim, "design_trim", lambda task: None)
+    laws = {"hold": candidate(2.0, rest_rad), "other": candidate(2.0, 1.5 * LEAN.most)}
+    found = three_axis_trim.offered_trim(None, laws, within_deg=1.0)
+    assert (found is not None) == offered
+    if offered:
+        assert found.left_deg == {"hold": pytest.approx(math.degrees(rest_rad))}
