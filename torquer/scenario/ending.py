@@ -17,9 +17,9 @@ class EndWhen(Spec):
     """'rate_deg_s' (absolute rate) or 'momentum_n_m_s' (of body and wheels), both true values."""
     of_start: bool = False
     """Whether the signal is taken as a fraction of its value at the start."""
-    below: float | None = None
+    below: float | None = Field(default=None, gt=0.0)
     """The signal must be below this value. Either it or `above` is given."""
-    above: float | None = None
+    above: float | None = Field(default=None, ge=0.0)
     """The signal must be above this value."""
     for_s: float = Field(default=0.0, ge=0.0)
     """How long it must hold, at all records."""

@@ -54,7 +54,7 @@ def looked_at(when, signal):
         ({"above": 5.0}, 7),
         ({"below": 0.5, "of_start": True}, 2),
         ({"above": 1.9, "of_start": True}, 7),
-        ({"below": 0.0}, None),
+        ({"below": 1.0}, None),
         ({"below": 5.0}, 1),
         ({"above": 0.0, "for_s": 40.0}, 4),
     ],
@@ -72,6 +72,13 @@ def test_a_signal_that_is_zero_at_the_start_has_no_fraction():
 def test_one_side_is_given(keys):
     with pytest.raises(ValidationError, match=r"must have below or above; received (none|both)"):
         EndWhen(signal="rate_deg_s", **keys)
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0])
+def test_what_no_size_is_below_is_refused(value):
+    """Rate and momentum are sizes: such a run would never end early, and say nothing."""
+    with pytest.raises(ValidationError, match="greater than 0"):
+        EndWhen(signal="rate_deg_s", below=value)
 
 
 def test_it_is_told_in_words():
