@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import mannwhitneyu
 
 from gallery.studies import (
     bar_magnet,
@@ -30,11 +31,24 @@ pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes
 @pytest.mark.parametrize(("case", "law"), [("as published", "plain"), ("as published", "weighted"),
                                            ("converged", "plain")])  # fmt: skip
 def test_a_stored_member_flies_again(case, law):
+    """To what 1e-13 at the start moves after days: the noise of the sensors decides then.
+
+    That is 0.8 % of the times, and 0.8 % of the last rate of a member that spins up. Members differ
+    by 25 %. What a stopped member's rate is at the end is noise.
+    """
     stored = read(pocketqube.NAME)["cases"][case]["rows"][0][law]
     found = pocketqube.flown(pocketqube.members(case, law, 1)[0])
     assert found.keys() == stored.keys()
-    for key, value in stored.items():
-        assert found[key] == (None if value is None else pytest.approx(value, rel=1e-3)), key
+    stopped = stored["stopped_h"] is not None
+    assert found["greatest_deg_s"] == pytest.approx(
+        stored["greatest_deg_s"], rel=1e-5 if stopped else 0.01
+    )
+    for key in ("stopped_h", "on_h"):
+        assert found[key] == (pytest.approx(stored[key], rel=0.02) if stopped else None), key
+    if stopped:
+        assert found["final_deg_s"] < 0.5
+    else:
+        assert found["final_deg_s"] == pytest.approx(stored["final_deg_s"], rel=0.02)
 
 
 def test_what_the_page_says_is_what_was_flown():
@@ -144,10 +158,34 @@ def test_the_published_time_lies_among_those_of_the_limiting_curves(count):
     days = bar_magnet.days_of("limiting curves", count)
     assert days.min() < bar_magnet_page.PUBLISHED_DAYS < days.max() < 14.0
     assert not np.isfinite(bar_magnet.days_of("loops within", count)).all()
-    scenario = bar_magnet.with_rods(count, first_attitude(2010, 0))
-    found = bar_magnet.days_to_settle(bar_magnet.angle_on_limiting_curves(scenario, 0.5))
-    moved = bar_magnet_page.moved_by_steps(count)  # chaotic: rounding alone moves a single time
-    assert days.min() - moved < found < days.max() + moved
+
+
+def test_days_to_settle_of_known_angles():
+    """Whole revolutions outside count; once outside at the end is never."""
+    angles = np.full(14 * 1440 + 1, 5.0)
+    assert bar_magnet.days_to_settle(angles) == 0.0
+    angles[1440 + 10] = 11.0
+    assert bar_magnet.days_to_settle(angles) == pytest.approx(16 * 96 / 1440.0)
+    angles[-2] = 11.0
+    assert bar_magnet.days_to_settle(angles) == math.inf
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("count", bar_magnet.COUNTS)
+def test_days_to_settle_are_distributed_as_the_stored_ones(count):
+    """A single time is chaotic, their distribution is not.
+
+    The motion itself is checked in `test_studies_independent.py`.
+    """
+    stored = bar_magnet.days_of("limiting curves", count)
+    found = [
+        bar_magnet.days_to_settle(bar_magnet.angle_on_limiting_curves(each, 0.5))
+        for each in (bar_magnet.with_rods(count, first_attitude(2010, k)) for k in range(12))
+    ]
+    assert np.isfinite(found).all()
+    assert mannwhitneyu(found, stored).pvalue > 1e-3
+    slowed = 2.0 * stored
+    assert mannwhitneyu(found, slowed).pvalue < 1e-3
 
 
 def test_what_the_page_says_of_one_coil():

@@ -4,12 +4,14 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
+import numba
 import numpy as np
 import pytest
-from plain_flight import PlainFlight, apart
+from plain_flight import PlainFlight, apart, in_body
 from scipy.optimize import root
 
 from gallery.studies import bar_magnet, non_monotonic, pocketqube, single_coil, upmsat
+from gallery.studies.flying import first_attitude
 from torquer.compile import engine
 from torquer.scenario.change import with_values
 from torquer.simulation.setup.simulate import simulate
@@ -148,7 +150,7 @@ def six_laws_member(law):
 
 
 def bar_magnet_member():
-    """Magnet alone: rods on their limiting curves fly in code of their own already."""
+    """Magnet alone: for its rods on their limiting curves see the end of this file."""
     return with_values(bar_magnet.EXAMPLE, {
         "spacecraft.hysteresis_rods": [], "environment.gravity_gradient": False,
         "control.sample_s": 2.0,
@@ -220,3 +222,74 @@ def test_a_tenth_of_the_pocketqubes_step_errs_by_the_order_of_rk4():
 def test_an_hour_with_a_tenth_of_the_pocketqubes_step_is_degrees_off():
     """0.08 rad: the independent code's own error."""
     assert 0.02 < differences("pocketqube plain", 20, HOUR_S)[0] < 0.3
+
+
+@numba.njit
+def on_limiting_curves(state, field, field_s, steps, magnet, rod, inertia):
+    """Field along axis 1 as a part of its size, at each instant of `field`, by RK4."""
+    found, h = np.empty(len(field) - 1), field_s / steps
+    for k in range(len(found)):
+        b = in_body(state, field[k])
+        found[k] = b[0] / np.linalg.norm(b)
+        rate = (field[k + 1] - field[k]) / field_s
+        for n in range(steps):
+            now = field[k] + n * h * rate
+            half, then = now + 0.5 * h * rate, now + h * rate
+            k1 = slope(state, now, rate, magnet, rod, inertia)
+            k2 = slope(state + 0.5 * h * k1, half, rate, magnet, rod, inertia)
+            k3 = slope(state + 0.5 * h * k2, half, rate, magnet, rod, inertia)
+            k4 = slope(state + h * k3, then, rate, magnet, rod, inertia)
+            state = state + h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
+            state[:4] /= np.linalg.norm(state[:4])
+    return found
+
+
+@numba.njit
+def slope(state, b_inertial, rate_inertial, magnet, rod, inertia):
+    """Rate of the state with rods along axes 2 and 3, each on the rising or the falling curve."""
+    dipole_at_most, coercive_a_m, at_coercive = rod
+    q, omega = state[:4], state[4:]
+    b = in_body(state, b_inertial)
+    turning = in_body(state, rate_inertial) - np.cross(omega, b)
+    h = b / (4e-7 * math.pi) / coercive_a_m - np.sign(turning)
+    dipole = dipole_at_most * 2.0 / math.pi * np.arctan(at_coercive * h)
+    dipole[0] = magnet
+    spin = np.zeros(4)
+    spin[:3] = 0.5 * (q[3] * omega + np.cross(q[:3], omega))
+    spin[3] = -0.5 * (q[:3] @ omega)
+    torque = np.cross(dipole, b) - np.cross(omega, inertia * omega)
+    return np.concatenate((spin, torque / inertia))
+
+
+def apart_on_limiting_curves(count, step_s, field_s, steps):
+    """Greatest angle [deg] between both codes' angles from the field in the first hour."""
+    scenario = bar_magnet.with_rods(count, first_attitude(2010, 0))
+    hour = with_values(scenario, {
+        "simulation.revolutions": None, "simulation.duration_s": HOUR_S,
+    })  # fmt: skip
+    around, t_s = scenario.orbit_environment(), np.arange(0.0, HOUR_S + 2.0 * field_s, field_s)
+    field = around.field(t_s, *around.state(t_s))
+    rods = scenario.spacecraft.hysteresis_rods[0]
+    volume = count * 0.25 * math.pi * rods.diameter_m**2 * rods.length_m
+    rod = (
+        volume * rods.saturation_t / (4e-7 * math.pi),
+        rods.coercive_a_m,
+        math.tan(0.5 * math.pi * rods.remanence_t / rods.saturation_t),
+    )
+    inertia = np.diag(scenario.spacecraft.body.inertia).copy()
+    magnet = scenario.spacecraft.permanent_magnet_a_m2[0]
+    plain = on_limiting_curves(
+        scenario.motion_at_start(), field, field_s, steps, magnet, rod, inertia
+    )
+    angle = np.degrees(np.arccos(plain))[:: round(60.0 / field_s)]
+    return np.abs(bar_magnet.angle_on_limiting_curves(hour, step_s) - angle).max()
+
+
+@pytest.mark.parametrize("count", bar_magnet.COUNTS)
+def test_an_hour_on_limiting_curves_by_an_independent_code(count):
+    """With the study's step, and a tenth of it; its own steps and fields are finer.
+
+    Only the first day is the same on all processors: later 1e-12 at the start decides.
+    """
+    assert apart_on_limiting_curves(count, 0.5, 1.0, 100) < 0.5
+    assert apart_on_limiting_curves(count, 0.05, 1.0, 100) < 0.02
