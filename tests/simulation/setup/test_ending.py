@@ -54,7 +54,7 @@ def looked_at(when, signal):
         ({"above": 5.0}, 7),
         ({"below": 0.5, "of_start": True}, 2),
         ({"above": 1.9, "of_start": True}, 7),
-        ({"below": 0.0}, None),
+        ({"below": 1.0}, None),
         ({"below": 5.0}, 1),
         ({"above": 0.0, "for_s": 40.0}, 4),
     ],
