@@ -1,5 +1,6 @@
 """Parts of a mission's design on pointing: a flight with the laws of the file, and its budget."""
 
+import math
 from pathlib import Path
 
 import pytest
@@ -7,6 +8,7 @@ import pytest
 import torquer
 from torquer.compile import engine
 from torquer.design.mission_parts import FAILS, HOLDS, LEFT_OUT, walk
+from torquer.design.mission_pointing import FlownLaws, error_that_counts, flown_in_words
 from torquer.design.requests import MissionRequest
 
 EXAMPLES = Path(torquer.__file__).parents[1] / "examples"
@@ -26,6 +28,14 @@ def test_slews_are_judged_by_what_is_commanded(within_deg, state):
     for words in ("from what is commanded, slews included", "of its momentum", "coils "):
         assert words in part.words
     assert not part.answer.saturates and part.open == ()
+
+
+@pytest.mark.parametrize("summary", [{}, {"final_attitude_error_deg": None}])
+def test_a_flight_whose_modes_hold_nothing_says_so(summary):
+    """Modes may stay in states that hold no attitude, all the time or at the end."""
+    found = FlownLaws(None, summary)
+    assert flown_in_words(found, 1.0) == "no attitude held at the end; asked: 1 deg"
+    assert error_that_counts(found) == math.inf
 
 
 def test_what_has_no_law_that_holds_or_no_one_loop_is_left_out():

@@ -39,9 +39,13 @@ def fly_laws(scenario: Scenario) -> FlownLaws:
 def flown_in_words(found: FlownLaws, within_deg: float) -> str:
     """How well the laws held their attitude, and what that took of wheels and coils."""
     said = found.summary
-    mean, peak = (said[f"{kind}_attitude_error_last_revolution_deg"] for kind in ("mean", "peak"))
-    if mean is None:
-        words = f"attitude error {said['final_attitude_error_deg']:.3g} deg at the end"
+    mean, peak = (
+        said.get(f"{kind}_attitude_error_last_revolution_deg") for kind in ("mean", "peak")
+    )
+    if mean is None and (final := said.get("final_attitude_error_deg")) is None:
+        words = "no attitude held at the end"
+    elif mean is None:
+        words = f"attitude error {final:.3g} deg at the end"
     else:
         words = f"attitude error {mean:.3g} deg in the mean, {peak:.3g} at most"
         words += " over the last revolution"
