@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from torquer.cli.answer import answer
+from torquer.cli.output import say
 
 ROOT = Path(__file__).parents[2]
 #: Commands that answer at once.
@@ -52,3 +53,11 @@ def test_numbers_are_those_of_the_english_answer(words, capsys, monkeypatch):
 def test_json_is_the_same_in_both_languages(words, capsys, monkeypatch):
     texts = [said(f"{words} --json", code, capsys, monkeypatch) for code in ("en", "ru")]
     assert texts[0] == texts[1]
+
+
+def test_a_path_is_said_as_it_is(capsys, monkeypatch):
+    monkeypatch.setenv("TORQUER_LANG", "ru")
+    path = Path("runs") / "rate and report.html"
+    say(path, "rate")
+    shown = capsys.readouterr().out.splitlines()
+    assert shown[0] == str(path) and shown[1] != "rate"

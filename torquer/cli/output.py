@@ -191,9 +191,9 @@ def table(head: Sequence[str], rows: Iterable, title: str = "", left: Container[
 
 
 def say(*lines: object) -> None:
-    """Print lines in the language of the reader."""
+    """Print lines in the language of the reader; a path as it is."""
     for line in lines:
-        print(harmless(told(line if isinstance(line, str) else str(line))))
+        print(harmless(told(line) if isinstance(line, str) else str(line)))
 
 
 def print_note(text: str) -> None:
