@@ -12,12 +12,9 @@ caller in Python and for the command line, which takes the fields for options (`
         \"\"\"Number of runs.\"\"\"
 """
 
-import ast
 import inspect
-import itertools
 import math
 import re
-import textwrap
 from collections.abc import Callable
 from dataclasses import dataclass
 from numbers import Integral, Real
@@ -34,6 +31,8 @@ from typing import (
     get_origin,
     get_type_hints,
 )
+
+from torquer.base.field_texts import texts_below_fields
 
 T = TypeVar("T")
 Three = tuple[float, float, float]
@@ -163,24 +162,6 @@ def _stated_ranges(kind: type) -> list[tuple[str, Range]]:
         for each in getattr(hint, "__metadata__", ())
         if isinstance(each, Range)
     ]
-
-
-def texts_below_fields(kind: type) -> dict[str, str]:
-    """The string below each field of a class, by name; none without the source."""
-    texts = {}
-    for each in reversed(kind.__mro__[:-1]):
-        try:
-            (found,) = ast.parse(textwrap.dedent(inspect.getsource(each))).body
-        except (OSError, TypeError):
-            continue
-        for field, text in itertools.pairwise(found.body):  # type: ignore[attr-defined]
-            match field, text:
-                case (
-                    ast.AnnAssign(target=ast.Name(name)),
-                    ast.Expr(value=ast.Constant(value=str(words))),
-                ):
-                    texts[name] = " ".join(words.split())
-    return texts
 
 
 def _range_words(hint) -> list[str]:

@@ -4,18 +4,15 @@ The description of a key is the text below its field in the spec. It is read fro
 demand, never during a run.
 """
 
-import ast
 import inspect
-import textwrap
 import types
 from collections.abc import Iterator
-from functools import cache
-from itertools import pairwise
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from torquer.base.field_texts import texts_below_fields
 from torquer.base.validate import RANGES, quantity_range
 from torquer.scenario.described import Key, Table
 
@@ -73,34 +70,13 @@ def spec_keys(spec: type[BaseModel]) -> list[Key]:
 
 def key_description(spec: type[BaseModel], key: str) -> str:
     """The text below the field of a key, in the spec or the one that it inherits the key from."""
-    for parent in spec.__mro__:
-        if key in inspect.get_annotations(parent):
-            found = _texts_below_fields(parent).get(key, "")
-            if found or key != "kind":
-                return found
-    return f"Selects this variant: {first_sentence(spec)}"
+    found = texts_below_fields(spec).get(key, "")
+    return f"Selects this variant: {first_sentence(spec)}" if key == "kind" and not found else found
 
 
 def first_sentence(spec: type[BaseModel]) -> str:
     """First paragraph of a spec's docstring, on one line."""
     return (inspect.getdoc(spec) or "").partition("\n\n")[0].replace("\n", " ")
-
-
-@cache
-def _texts_below_fields(spec: type) -> dict[str, str]:
-    """Text below each field in the source of a class."""
-    (node,) = ast.parse(textwrap.dedent(inspect.getsource(spec))).body
-    body = node.body if isinstance(node, ast.ClassDef) else []
-    found = {}
-    for field, below in pairwise(body):
-        if (
-            isinstance(field, ast.AnnAssign)
-            and isinstance(field.target, ast.Name)
-            and isinstance(below, ast.Expr)
-            and isinstance(below.value, ast.Constant)
-        ):
-            found[field.target.id] = " ".join(str(below.value.value).split())
-    return found
 
 
 def _parts(annotation) -> Iterator[Any]:
