@@ -175,15 +175,15 @@ class Outcome(Spec):
         | Annotated[OfStart, Tag("of the start")],
         Discriminator(_signal_kind),
     ]
-    """Source of the number: 'rate_deg_s' (absolute rate), 'rate_x_deg_s' to 'rate_z_deg_s' (about
-    an axis of the body, with its sign), 'rate_fastest_axis_deg_s' (the greatest of these, without a
-    sign), 'rate_orbital_deg_s' (relative to the orbital frame), 'attitude_error_deg',
-    'momentum_n_m_s' (of body and wheels) or 'wheel_momentum_n_m_s'. Or what a law or an estimator
-    logs, by its name in results: 'law.on_s', of a vector 'law.on_s[0]'. Or a table with the angle
-    of an `axis`, or with `of_start`. Or a total of the run: 'coil_energy_j', 'peak_dipole_a_m2' (of
-    one coil). The error is from the attitude that the scenario's laws hold, of targets the one that
-    these give at the time. With modes these are the laws of the present states; there is no number
-    while they hold none.
+    """Source of the number. Of the rotation it is 'rate_deg_s' (absolute rate), 'rate_x_deg_s' to
+    'rate_z_deg_s' (about an axis of the body, with its sign), 'rate_fastest_axis_deg_s' (the
+    greatest of these, without a sign) or 'rate_orbital_deg_s' (relative to the orbital frame).
+    Others are 'attitude_error_deg', 'momentum_n_m_s' (of body and wheels) and
+    'wheel_momentum_n_m_s'. Or what a law or an estimator logs, by its name in results: 'law.on_s',
+    of a vector 'law.on_s[0]'. Or a table with the angle of an `axis`, or with `of_start`. Or a
+    total of the run: 'coil_energy_j', 'peak_dipole_a_m2' (of one coil). The error is from the
+    attitude that the scenario's laws hold, of targets the one that these give at the time. With
+    modes these are the laws of the present states; there is no number while they hold none.
     """
     what: What | None = None
     """Which number is taken from the signal; left out for totals of the run."""
