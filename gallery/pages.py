@@ -10,6 +10,7 @@ from pathlib import Path
 
 from gallery.catalogue import LEFT_OUT, ROW_OF, ROWS, SOURCES, Row
 from gallery.entry import Grade, Outcome, Verdict, in_words
+from gallery.links import where
 
 RECORD, PICTURES = "results.json", "img"
 _MADE = (
@@ -168,6 +169,8 @@ def _section(data: dict) -> list[str]:
     lines += _table(data["checks"])
     if data["note"]:
         lines += ["", data["note"]]
+    if links := where(data):
+        lines += ["", links]
     for picture in data["pictures"]:
         lines += ["", f"![{data['id']}]({PICTURES}/{picture})"]
     return lines

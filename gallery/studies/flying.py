@@ -15,6 +15,8 @@ from torquer.campaign.load import campaign_from_data
 from torquer.scenario.spec import Scenario
 
 HERE = Path(__file__).parent
+#: Folder of campaigns that take long, while they are flown.
+UNDER_WAY = HERE.parents[1] / "build" / "studies"
 
 
 def read(name: str) -> dict:
@@ -50,11 +52,18 @@ def fly_all(fly: Callable, members: Iterable) -> list[dict]:
 
 
 def fly_table(
-    scenario: Scenario, table: dict[str, list], outcomes: dict, workers: int = 2
+    scenario: Scenario,
+    table: dict[str, list],
+    outcomes: dict,
+    workers: int = 2,
+    to: Path | None = None,
 ) -> xr.Dataset:
-    """A campaign of the members of a table, side by side where they can be."""
+    """A campaign of the members of a table, side by side where they can be.
+
+    `to`: the file from which one that was broken off goes on.
+    """
     campaign = campaign_from_data({"table": table, "outcomes": outcomes}, scenario)
-    return fly_campaign(scenario, campaign, workers=workers)
+    return fly_campaign(scenario, campaign, workers=workers, to=to, resume=True)
 
 
 def first_attitude(year: int, number: int) -> np.ndarray:

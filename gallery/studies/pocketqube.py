@@ -12,17 +12,14 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.stats import truncnorm
 
-from gallery.studies.flying import digits, fly_all
-from torquer.campaign.load import campaign_from_data
-from torquer.campaign.sampling import member_scenario
+from gallery.studies.flying import UNDER_WAY, digits, fly_all, fly_table
+from torquer.campaign.store import remove
 from torquer.scenario.change import with_values
 from torquer.scenario.load import load_scenario
 from torquer.simulation.setup.simulate import simulate
 
 NAME = "pocketqube"
 SCENARIO = Path(__file__).with_suffix(".toml")
-#: Detumbled: no axis is faster [deg/s].
-STOPPED_DEG_S = 5.0
 LAWS = {"plain": 0.0, "weighted": 1.0}
 #: Bounds of the normal distributions, in standard deviations.
 _CUT = 3.0
@@ -35,12 +32,19 @@ _FULL = "control.law.parameters.full_a_m2"
 
 #: What is flown: members, and changes to the scenario for each.
 CASES: dict[str, tuple[int, dict]] = {
-    "as published": (24, {"simulation.integrator": "rk4"}),
-    "converged": (8, {"simulation.integrator": "splitting"}),
-    "10 Hz": (4, {"simulation.integrator": "splitting", "simulation.step_s": 0.1,
+    "as published": (500, {"simulation.integrator": "rk4"}),
+    "converged": (64, {"simulation.integrator": "splitting"}),
+    "10 Hz": (48, {"simulation.integrator": "splitting", "simulation.step_s": 0.1,
                    "simulation.revolutions": 72.0, "control.sample_s": 0.1,
                    "control.law.parameters.sample_s": 0.1}),
 }  # fmt: skip
+#: Of each member. A flight ends where it is detumbled: then no axis is faster than 5 deg/s.
+OUTCOMES = {
+    "stopped_s": {"signal": "rate_fastest_axis_deg_s", "what": {"first_below": 5.0}},
+    "on_s": {"signal": "law.on_s", "what": {"at_end": True}},
+    "greatest_deg_s": {"signal": "rate_deg_s", "what": {"greatest_after_s": 0.0}},
+    "final_deg_s": {"signal": "rate_deg_s", "what": {"at_end": True}},
+}
 
 
 def table(count: int) -> dict[str, list]:
@@ -103,35 +107,33 @@ def gain_a_m2_t_s(orbit, least_inertia: float) -> float:
     return 2.0 * 2.0 * math.pi / orbit.period_s * (1.0 + math.sin(to_dipole)) * least_inertia
 
 
-def members(case: str, law: str, count: int) -> list:
-    """Scenarios of the first members."""
-    scenario = load_scenario(SCENARIO)
-    campaign = campaign_from_data({"table": table(count)}, scenario)
+def of_law(case: str, law: str):
+    """The nominal satellite in a case, with a law."""
     changes = CASES[case][1] | {"control.law.parameters.weighted": LAWS[law]}
-    found = (member_scenario(scenario, campaign, number) for number in range(count))
-    return [with_values(each, changes) for each in found]
+    return with_values(load_scenario(SCENARIO), changes)
 
 
-def flown(scenario) -> dict:
-    """When a member stopped [h], time on of its coils until then [h], rates [deg/s]."""
-    result = simulate(scenario)
-    rates = np.degrees(result["omega_body"].values)
-    sizes = np.linalg.norm(rates, axis=1)
-    there = np.flatnonzero((np.abs(rates) <= STOPPED_DEG_S).all(axis=1))
-    at = there[0] if len(there) else None
-    return {
-        "stopped_h": None if at is None else digits(result["time"].values[at] / 3600.0),
-        "on_h": None if at is None else digits(result["law.on_s"].values[at] / 3600.0),
-        "greatest_deg_s": digits(sizes.max()),
-        "final_deg_s": digits(sizes[-1]),
+def flown(case: str, law: str, count: int, to: Path | None = None) -> list[dict]:
+    """When members stopped [h], time on of all coils until then [h], rates [deg/s]."""
+    found = fly_table(of_law(case, law), table(count), OUTCOMES, workers=1, to=to)
+    stopped_h, on_h = (found[key].values / 3600.0 for key in ("stopped_s", "on_s"))
+    columns = {
+        "stopped_h": stopped_h,
+        "on_h": np.where(np.isfinite(stopped_h), on_h, np.nan),
+        "greatest_deg_s": found["greatest_deg_s"].values,
+        "final_deg_s": found["final_deg_s"].values,
     }
+    return [{key: digits(values[k]) for key, values in columns.items()} for k in range(count)]
 
 
 def fly(case: str, count: int | None = None) -> list[dict]:
     """All members of a case with both laws."""
     count = count or CASES[case][0]
-    rows = {law: fly_all(flown, members(case, law, count)) for law in LAWS}
-    return [{law: rows[law][k] for law in LAWS} for k in range(count)]
+    files = {law: UNDER_WAY / f"{NAME} {case} {law}.nc" for law in LAWS}
+    rows = fly_all(lambda law: flown(case, law, count, files[law]), LAWS)
+    for file in files.values():
+        remove(file)
+    return [dict(zip(LAWS, member, strict=True)) for member in zip(*rows, strict=True)]
 
 
 def damped_part(hours: float, integrator: str) -> float:

@@ -394,12 +394,12 @@ TABLES = [
     # outcomes, success, stop
     ({"outcomes": {"x": {"signal": "warp", "what": {"at_end": True}}}},
      ".outcomes.x.signal: must be 'rate_deg_s', 'rate_x_deg_s', 'rate_y_deg_s', 'rate_z_deg_s', "
-     "'rate_orbital_deg_s', 'attitude_error_deg', 'momentum_n_m_s', 'wheel_momentum_n_m_s', "
-     "'coil_energy_j' or 'peak_dipole_a_m2'; received 'warp'"),
+     "'rate_fastest_axis_deg_s', 'rate_orbital_deg_s', 'attitude_error_deg', 'momentum_n_m_s', "
+     "'wheel_momentum_n_m_s', 'coil_energy_j' or 'peak_dipole_a_m2'; received 'warp'"),
     ({"outcomes": {"x": {"signal": {"of_start": "coil_energy_j"}, "what": {"at_end": True}}}},
      ".outcomes.x.signal.of_start: must be 'rate_deg_s', 'rate_x_deg_s', 'rate_y_deg_s', "
-     "'rate_z_deg_s', 'rate_orbital_deg_s', 'attitude_error_deg', 'momentum_n_m_s' or "
-     "'wheel_momentum_n_m_s'; received 'coil_energy_j'"),
+     "'rate_z_deg_s', 'rate_fastest_axis_deg_s', 'rate_orbital_deg_s', 'attitude_error_deg', "
+     "'momentum_n_m_s' or 'wheel_momentum_n_m_s'; received 'coil_energy_j'"),
     ({"outcomes": {"x": {"signal": {"axis": [0, 0, 1]}, "what": {"at_end": True}}}},
      ".outcomes.x.signal.to: must be given; received nothing"),
     ({"outcomes": {"x": {"signal": {"axis": [0, 0, 0], "to": "sun"}, "what": {"at_end": True}}}},

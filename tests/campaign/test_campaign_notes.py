@@ -32,3 +32,23 @@ def test_what_the_scenario_has_itself_is_not_said_again(notes_on):
 
 def test_what_is_drawn_is_left_alone(notes_on):
     assert notes_on({"initial.attitude": {"rotation": "uniform"}}) == []
+
+
+COIL, FIELD, RATE = (
+    f"spacecraft.{key}"
+    for key in ("search_coil.noise_nt_s", "magnetometer.noise_nt", "gyro.noise_deg_s")
+)
+
+
+@pytest.mark.parametrize(
+    ("law", "unread"),
+    [("bdot", [COIL, RATE]), ("bdot_derivative", [FIELD, RATE]), ("bdot_rate", [COIL])],
+)
+def test_a_varied_sensor_that_no_law_reads_is_noted(notes_on, law, unread):
+    """Of any kind, the search coil too; a campaign over laws may read all of them."""
+    vary = {key: {"uniform": [0.1, 1.0]} for key in (COIL, FIELD, RATE)}
+    has = {"control.law": {"kind": law, "gain_a_m2_s_per_t": 1e4}, "spacecraft.search_coil": {}}
+    notes = notes_on(vary, has)
+    assert sorted(note.partition(" varies, and nothing")[0] for note in notes) == sorted(unread)
+    over_laws = vary | {"control.law.kind": {"values": ["bdot", "bdot_rate"]}}
+    assert notes_on(over_laws, has) == []

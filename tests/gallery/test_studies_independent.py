@@ -142,7 +142,8 @@ def flown(scenario, length_s):
 
 def pocketqube_member(law):
     quiet = {"spacecraft.magnetometer.noise_nt": 0.0, "spacecraft.magnetometer.resolution_nt": 0.0}
-    return with_values(pocketqube.members("converged", law, 4)[3], quiet)
+    own = {key: values[3] for key, values in pocketqube.table(4).items()}
+    return with_values(pocketqube.of_law("converged", law), own | quiet)
 
 
 def six_laws_member(law):

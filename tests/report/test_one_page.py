@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from artificial_campaign import artificial
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.text import Text
 
 import torquer
 from torquer.analysis.filters.filter_check import FilterCheck
@@ -19,7 +20,9 @@ from torquer.design.coil_design import coil
 from torquer.design.requests import CoilRequest
 from torquer.report.common.models import model_rows
 from torquer.report.common.one_page import HEIGHT, MARGIN, WIDTH, Page, draw_page, width_of
+from torquer.report.filter.page import write_page
 from torquer.report.flight.one_page import run_page
+from torquer.scenario.resolution import told_of_steps
 
 NAME = "a_satellite_with_a_name_that_" + "goes_on_" * 30
 WITH_WHEELS = {
@@ -180,16 +183,22 @@ def filter_check(started: bool) -> FilterCheck:
     covariance = np.broadcast_to(1e-6 * np.eye(n), (12, len(t_s), n, n))
     counts = np.ones((12, len(t_s)))
     innovations = {"sun": rng.normal(size=(12, len(t_s), 3))}
-    runs = FilterRuns(t_s, errors, covariance, innovations, 0.0 * counts, counts, counts, [])
+    steps = (*told_of_steps(0.3, 0.0),)
+    runs = FilterRuns(t_s, errors, covariance, innovations, 0.0 * counts, counts, counts, [], steps)
     expected = Expected(t_s, covariance[0], t_s < 7000.0)
     checks = [Check("NEES of the attitude", 1.0, 0.5, 1.5, 0.95, True)] * started
     return FilterCheck(scenario, 12, [], checks, runs, runs, expected)
 
 
 @pytest.mark.parametrize(("started", "plots"), [(True, 4), (False, 0)])
-def test_a_filter_check(started, plots):
-    figure = torquer.page(filter_check(started))
+def test_a_filter_check(started, plots, tmp_path):
+    found = filter_check(started)
+    figure = torquer.page(found)
     check(figure)
+    texts = " ".join(" ".join(each.get_text().split()) for each in figure.findobj(Text))
+    assert "the steps of RK4 damped up to 30 %" in texts
+    html = write_page(found, tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "the steps of RK4 damped up to 30 %" in html
     assert len([each for part in figure.subfigs for each in part.get_axes()]) == plots
     for part in figure.subfigs:  # labels of axes above each other do not overlap
         boxes = [each.yaxis.label.get_window_extent() for each in part.get_axes()]

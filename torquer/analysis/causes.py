@@ -112,7 +112,7 @@ def causes_of(scenario: Scenario) -> list[Cause]:
 def acting_causes(scenario: Scenario) -> list[Cause]:
     """Those that its flights have: without errors of sensors that nothing on board reads."""
     craft = scenario.spacecraft
-    return _causes(scenario, [key for key in craft.devices() if _is_read(scenario, key)])
+    return _causes(scenario, [key for key in craft.devices() if is_read(scenario, key)])
 
 
 def _causes(scenario: Scenario, read: list[str]) -> list[Cause]:
@@ -174,7 +174,7 @@ def _of_device(key: str, device, words, kind: str, group: str, keys) -> Iterator
         yield Cause(name, ": ".join(words), kind, group, off, given)
 
 
-def _is_read(scenario: Scenario, key: str) -> bool:
+def is_read(scenario: Scenario, key: str) -> bool:
     """Whether anything on board may read a device: what files of a user and modes read is not
     looked up."""
     control, flown = scenario.control, scenario.spacecraft.flown()

@@ -20,6 +20,7 @@ _UNITS = {
     "rate_x_deg_s": "deg/s",
     "rate_y_deg_s": "deg/s",
     "rate_z_deg_s": "deg/s",
+    "rate_fastest_axis_deg_s": "deg/s",
     "rate_orbital_deg_s": "deg/s",
     "momentum_n_m_s": "N m s",
     "wheel_momentum_n_m_s": "N m s",

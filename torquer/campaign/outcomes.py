@@ -25,6 +25,7 @@ from torquer.campaign.signals import (
     momentum,
     rate,
     rate_about,
+    rate_fastest_axis,
     rate_orbital,
     wheel_momentum,
 )
@@ -42,6 +43,7 @@ SIGNALS = {
     "rate_x_deg_s": rate_about(0),
     "rate_y_deg_s": rate_about(1),
     "rate_z_deg_s": rate_about(2),
+    "rate_fastest_axis_deg_s": rate_fastest_axis,
     "rate_orbital_deg_s": rate_orbital,
     ATTITUDE_ERROR: attitude_error,
     **MOMENTA,
@@ -49,8 +51,8 @@ SIGNALS = {
 #: Totals of a run by name: energy, and the greatest dipole of one coil.
 TOTALS = ("coil_energy_j", "peak_dipole_a_m2")
 _OVER_TIME = Literal[
-    "rate_deg_s", "rate_x_deg_s", "rate_y_deg_s", "rate_z_deg_s", "rate_orbital_deg_s",
-    "attitude_error_deg", "momentum_n_m_s", "wheel_momentum_n_m_s",
+    "rate_deg_s", "rate_x_deg_s", "rate_y_deg_s", "rate_z_deg_s", "rate_fastest_axis_deg_s",
+    "rate_orbital_deg_s", "attitude_error_deg", "momentum_n_m_s", "wheel_momentum_n_m_s",
 ]  # fmt: skip
 _Name = Literal[_OVER_TIME, "coil_energy_j", "peak_dipole_a_m2"]
 #: A number that a law or an estimator logs: KEY.NAME as results have it, with its places.
@@ -173,14 +175,15 @@ class Outcome(Spec):
         | Annotated[OfStart, Tag("of the start")],
         Discriminator(_signal_kind),
     ]
-    """Source of the number: 'rate_deg_s' (absolute rate), 'rate_x_deg_s' to 'rate_z_deg_s' (about
-    an axis of the body, with its sign), 'rate_orbital_deg_s' (relative to the orbital frame),
-    'attitude_error_deg', 'momentum_n_m_s' (of body and wheels) or 'wheel_momentum_n_m_s'. Or what a
-    law or an estimator logs, by its name in results: 'law.on_s', of a vector 'law.on_s[0]'. Or a
-    table with the angle of an `axis`, or with `of_start`. Or a total of the run: 'coil_energy_j',
-    'peak_dipole_a_m2' (of one coil). The error is from the attitude that the scenario's laws hold,
-    of targets the one that these give at the time. With modes these are the laws of the present
-    states; there is no number while they hold none.
+    """Source of the number. Of the rotation it is 'rate_deg_s' (absolute rate), 'rate_x_deg_s' to
+    'rate_z_deg_s' (about an axis of the body, with its sign), 'rate_fastest_axis_deg_s' (the
+    greatest of these, without a sign) or 'rate_orbital_deg_s' (relative to the orbital frame).
+    Others are 'attitude_error_deg', 'momentum_n_m_s' (of body and wheels) and
+    'wheel_momentum_n_m_s'. Or what a law or an estimator logs, by its name in results: 'law.on_s',
+    of a vector 'law.on_s[0]'. Or a table with the angle of an `axis`, or with `of_start`. Or a
+    total of the run: 'coil_energy_j', 'peak_dipole_a_m2' (of one coil). The error is from the
+    attitude that the scenario's laws hold, of targets the one that these give at the time. With
+    modes these are the laws of the present states; there is no number while they hold none.
     """
     what: What | None = None
     """Which number is taken from the signal; left out for totals of the run."""

@@ -22,6 +22,7 @@ from torquer.scenario.held import (
 )
 from torquer.scenario.spec import Scenario
 from torquer.simulation.results.momenta import Carried, momentum_size, wheel_momentum_size
+from torquer.simulation.setup.ending import fastest_axis_deg_s
 
 
 class Flown(NamedTuple):
@@ -73,6 +74,11 @@ class Axis(Spec):
 def rate(scenario: Scenario, flown: Flown) -> np.ndarray:
     """Absolute angular rate [deg/s]."""
     return np.degrees(np.linalg.norm(flown.omega_body, axis=-1))
+
+
+def rate_fastest_axis(scenario: Scenario, flown: Flown) -> np.ndarray:
+    """Greatest size of the absolute angular rates about the three axes of the body [deg/s]."""
+    return fastest_axis_deg_s(flown.omega_body)
 
 
 def rate_orbital(scenario: Scenario, flown: Flown) -> np.ndarray:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.analysis.causes import Cause
-from torquer.analysis.filters.filter_check import record_run
+from torquer.analysis.filters.filter_flights import record_run
 from torquer.analysis.pointing.setting import Setting
 from torquer.analysis.pointing.statistics import Measured, Tally
 from torquer.campaign.fleet import Fleet

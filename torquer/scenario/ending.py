@@ -13,8 +13,10 @@ class EndWhen(Spec):
     What has been computed then is what the whole run would have had until then, to the bit.
     """
 
-    signal: Literal["rate_deg_s", "momentum_n_m_s"]
-    """'rate_deg_s' (absolute rate) or 'momentum_n_m_s' (of body and wheels), both true values."""
+    signal: Literal["rate_deg_s", "rate_fastest_axis_deg_s", "momentum_n_m_s"]
+    """'rate_deg_s' (absolute rate), 'rate_fastest_axis_deg_s' (the greatest about an axis of
+    the body, without a sign), or 'momentum_n_m_s' (of body and wheels), all true values.
+    """
     of_start: bool = False
     """Whether the signal is taken as a fraction of its value at the start."""
     below: float | None = Field(default=None, gt=0.0)

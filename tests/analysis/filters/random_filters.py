@@ -11,7 +11,8 @@ import sys
 
 import numpy as np
 
-from torquer.analysis.filters.filter_check import check_filter, fly_filter
+from torquer.analysis.filters.filter_check import check_filter
+from torquer.analysis.filters.filter_flights import fly_filter
 from torquer.analysis.filters.filter_members import Start, make_members
 from torquer.scenario.load import scenario_from_data
 

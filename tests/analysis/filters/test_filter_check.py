@@ -6,7 +6,8 @@ from filter_cases import DISTURBANCE, DYNAMICS, GYRO, HANDED_OVER, SCENARIO, wit
 from slow_cases import slow_after
 
 from torquer import simulate
-from torquer.analysis.filters.filter_check import as_plain, check_filter, fly_filter
+from torquer.analysis.filters.filter_check import as_plain, check_filter
+from torquer.analysis.filters.filter_flights import fly_filter
 from torquer.analysis.filters.filter_members import make_members
 from torquer.analysis.filters.filter_statistics import (
     FilterRuns,

@@ -7,7 +7,9 @@ from scipy.stats import ncx2
 
 from torquer import simulate
 from torquer.analysis.budget import as_plain, budget_along_run, budget_while_held
-from torquer.analysis.filters.filter_check import check_filter, fly_filter, make_members
+from torquer.analysis.filters.filter_check import check_filter
+from torquer.analysis.filters.filter_flights import fly_filter
+from torquer.analysis.filters.filter_members import make_members
 from torquer.analysis.filters.linear_covariance import Motion, error_95_rad, expected_accuracy
 from torquer.analysis.filters.sensor_sets import as_plain as sets_as_plain, expect_accuracy
 from torquer.analysis.filters.systematic import systematic_error

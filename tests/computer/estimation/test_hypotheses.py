@@ -14,7 +14,8 @@ from scipy.stats import multivariate_normal
 from slow_cases import slow_after
 
 from torquer import resume, simulate
-from torquer.analysis.filters.filter_check import fly_filter, make_members
+from torquer.analysis.filters.filter_flights import fly_filter
+from torquer.analysis.filters.filter_members import make_members
 from torquer.analysis.filters.filter_statistics import nees
 from torquer.compile import engine
 from torquer.computer.estimation import hypotheses

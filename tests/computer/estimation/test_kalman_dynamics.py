@@ -11,7 +11,8 @@ from scipy.spatial.transform import Rotation
 from slow_cases import slow_after
 
 from torquer import simulate
-from torquer.analysis.filters.filter_check import fly_filter, make_members
+from torquer.analysis.filters.filter_flights import fly_filter
+from torquer.analysis.filters.filter_members import make_members
 from torquer.analysis.filters.filter_statistics import consistency, nees, nis
 from torquer.base.user_source import plain_function
 from torquer.compile import engine

@@ -13,7 +13,8 @@ from filter_twin import GyroTwin
 from scipy.spatial.transform import Rotation
 
 from torquer import resume, simulate
-from torquer.analysis.filters.filter_check import fly_filter, make_members
+from torquer.analysis.filters.filter_flights import fly_filter
+from torquer.analysis.filters.filter_members import make_members
 from torquer.analysis.filters.filter_statistics import autocorrelation, consistency, nees, nis
 from torquer.base.user_source import plain_function
 from torquer.compile import engine

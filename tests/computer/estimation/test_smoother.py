@@ -14,7 +14,8 @@ from slow_cases import slow_after
 
 import torquer
 from torquer import simulate
-from torquer.analysis.filters.filter_check import make_members, true_states
+from torquer.analysis.filters.filter_flights import true_states
+from torquer.analysis.filters.filter_members import make_members
 from torquer.analysis.filters.filter_statistics import FilterRuns, consistency, nees
 from torquer.analysis.filters.linear_covariance import Motion
 from torquer.analysis.filters.smoothing import measure_accuracy, smooth_run

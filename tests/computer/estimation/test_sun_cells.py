@@ -8,7 +8,8 @@ from filter_cases import DISTURBANCE, DYNAMICS, GYRO, SCENARIO, SPACECRAFT, with
 from scipy.spatial.transform import Rotation
 
 from torquer import simulate
-from torquer.analysis.filters.filter_check import fly_filter, make_members
+from torquer.analysis.filters.filter_flights import fly_filter
+from torquer.analysis.filters.filter_members import make_members
 from torquer.analysis.filters.filter_statistics import consistency, nees, nis
 from torquer.analysis.filters.linear_covariance import expected_accuracy
 from torquer.analysis.filters.observability import observability

@@ -18,11 +18,13 @@ from torquer.simulation.setup.ending import NOT_YET, Seen, has_ended
 
 jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 BELOW = {"signal": "rate_deg_s", "below": 1.2, "for_s": 60.0}
+AXES = {"signal": "rate_fastest_axis_deg_s", "below": 1.0}
 HALF = {"signal": "momentum_n_m_s", "of_start": True, "below": 0.5}
 OUTCOMES = {
     "end": {"signal": "rate_deg_s", "what": {"at_end": True}},
     "mean": {"signal": "rate_orbital_deg_s", "what": {"mean_after_s": 0.0}},
     "settled_s": {"signal": "rate_deg_s", "what": {"settles_below": 2.0}},
+    "axes_s": {"signal": "rate_fastest_axis_deg_s", "what": {"first_below": 1.0}},
     "nadir": {"signal": {"axis": [0, 0, 1], "to": "nadir"}, "what": {"greatest_after_s": 40.0}},
     "energy_j": {"signal": "coil_energy_j"},
     "peak": {"signal": "peak_dipole_a_m2"},
@@ -108,7 +110,7 @@ def test_a_run_that_fulfils_it_from_the_start_has_one_interval():
 
 
 @jit
-@pytest.mark.parametrize("when", [BELOW, HALF])
+@pytest.mark.parametrize("when", [BELOW, AXES, HALF])
 def test_a_run_ends_there_with_the_bits_of_the_whole(when):
     ended, whole = torquer.simulate(tip_off(when)), torquer.simulate(tip_off())
     assert_prefix(ended, whole)
@@ -116,11 +118,15 @@ def test_a_run_ends_there_with_the_bits_of_the_whole(when):
     until = torquer.simulate(tip_off(**{"simulation.duration_s": end_s}))
     for name in ("coil_energy", "peak_coil_dipole", "rk4_damping"):
         assert float(ended[name]) == float(until[name]), name
-    rate = np.degrees(np.linalg.norm(whole["omega_body"].values, axis=1))
+    omega_deg_s = np.degrees(whole["omega_body"].values)
     momentum = np.linalg.norm(whole["momentum_inertial"].values, axis=1)
-    holds = rate < 1.2 if when is BELOW else momentum < 0.5 * momentum[0]
+    holds = {
+        "rate_deg_s": np.linalg.norm(omega_deg_s, axis=1) < 1.2,
+        "rate_fastest_axis_deg_s": (np.abs(omega_deg_s) < 1.0).all(axis=1),
+        "momentum_n_m_s": momentum < 0.5 * momentum[0],
+    }[when["signal"]]
     rows = int(when.get("for_s", 0.0) / 20.0)
-    first = next(k for k in range(rows, len(rate)) if holds[k - rows : k + 1].all())
+    first = next(k for k in range(rows, len(momentum)) if holds[k - rows : k + 1].all())
     assert end_s == 20.0 * first
     assert ended.attrs["ended"] == ended.attrs["how_it_ended"] == "complete"
     assert ended.attrs["ended_by"] == EndWhen(**when).in_words
@@ -149,7 +155,7 @@ def test_a_run_goes_on_to_the_same_end_from_wherever_it_stopped(tmp_path):
 
 
 @jit
-@pytest.mark.parametrize("when", [BELOW, HALF])
+@pytest.mark.parametrize("when", [BELOW, AXES, HALF])
 def test_members_side_by_side_end_each_at_its_own_time(when):
     """As alone and as in their own runs; those that never get there fly to the end."""
     scenario = tip_off(when)
@@ -160,6 +166,9 @@ def test_members_side_by_side_end_each_at_its_own_time(when):
     members = np.arange(40)
     beside, each = flying.fly(members), alone.fly(members[:12])
     times = beside.checks["ended_s"]
+    if when is AXES:
+        not_at_start_s = np.maximum(beside.outcomes["axes_s"], 20.0)
+        assert np.array_equal(times, not_at_start_s, equal_nan=True)
     assert 1 < np.isfinite(times[:12]).sum() < 12 and len(np.unique(times)) > 3
     for kind in ("outcomes", "series", "checks"):
         for name, values in getattr(beside, kind).items():

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from torquer.analysis.control_cycle import control_steps
-from torquer.analysis.filters.filter_check import finest_record_s
+from torquer.analysis.filters.filter_flights import finest_record_s
 from torquer.analysis.filters.linear_covariance import first_variances, kalman_filter
 from torquer.compile.engine import addresses, records
 from torquer.computer.estimation.filter import Filter

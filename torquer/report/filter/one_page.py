@@ -23,6 +23,7 @@ def filter_page(found: FilterCheck) -> Page:
         plots=plots if found.flown.started.any() else [],
         numbers=[*check_rows(found), *map(_checked, found.checks)],
         models=model_rows(found.scenario),
+        notes=[*found.flown.steps],
         sources=[source.in_words() for source in select_sources(found.scenario)],
     )
 

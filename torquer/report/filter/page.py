@@ -37,8 +37,9 @@ def write_page(found: FilterCheck, path: Path) -> Path:
     text = to_toml(json.loads(found.scenario.model_dump_json(exclude_none=True)))
     rows = list(map(check_row, found.checks))
     verdict = found.verdict.text[:1].upper() + found.verdict.text[1:]
+    notes = [("Notes", note) for note in found.flown.steps]
     made = [
-        card("verdict", verdict, "", {"pairs": check_rows(found)}),
+        card("verdict", verdict, "", {"pairs": [*check_rows(found), *notes]}),
         card("checks", "Checks", "", {"grid": (HEAD, rows)}),
         *(_draw(key, figure) for key, figure in make_figures(found).items()),
         card("sources", "Sources to cite", "", {"sources": sources_data(found.scenario)}),

@@ -34,10 +34,17 @@ def has_ended(when: EndWhen, t_s: float, signal: np.ndarray, seen: Seen) -> np.n
     return holds & (t_s > 0.0) & (t_s - seen.since_s >= when.for_s * (1.0 - 1e-12))
 
 
+def fastest_axis_deg_s(omega_body: np.ndarray) -> np.ndarray:
+    """Greatest size [deg/s] of the rates (..., 3) [rad/s] about the axes of the body."""
+    return np.degrees(np.abs(omega_body).max(axis=-1))
+
+
 def end_signal(
     when: EndWhen, omega_body: np.ndarray, carried: Carried | None, wheels_n_m_s: np.ndarray | None
 ) -> np.ndarray:
     """The signal (r, n) of a condition; the momenta may be None if it needs none."""
+    if when.signal == "rate_fastest_axis_deg_s":
+        return fastest_axis_deg_s(omega_body)
     if when.signal == "rate_deg_s" or carried is None or wheels_n_m_s is None:
         return np.degrees(np.linalg.norm(omega_body, axis=-1))
     return momentum_size(carried, omega_body, wheels_n_m_s)
