@@ -33,7 +33,7 @@ _FULL = "control.law.parameters.full_a_m2"
 #: What is flown: members, and changes to the scenario for each.
 CASES: dict[str, tuple[int, dict]] = {
     "as published": (500, {"simulation.integrator": "rk4"}),
-    "converged": (64, {"simulation.integrator": "splitting"}),
+    "converged": (128, {"simulation.integrator": "splitting"}),
     "10 Hz": (48, {"simulation.integrator": "splitting", "simulation.step_s": 0.1,
                    "simulation.revolutions": 72.0, "control.sample_s": 0.1,
                    "control.law.parameters.sample_s": 0.1}),

@@ -3,13 +3,14 @@
 What was published and how it compares: `gallery/studies/bar_magnet.py`.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 
 from gallery.studies.bar_magnet import (
     EXAMPLE,
     REVOLUTION,
-    WITHIN_DEG,
     angle,
     days_to_settle,
     with_rods,
@@ -21,6 +22,21 @@ from torquer.simulation.setup.simulate import simulate
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="weeks of flight: hours without JIT")
 
 
+#: Flights whose first rates differ by 1e-12 of themselves: after days they are draws.
+DRAWS = 5
+
+
+class Late(NamedTuple):
+    """A flight's settling time [days], rate at the end as a part of that at the start; of its last
+    ten revolutions the part of m B at which magnet and rotation would balance (1: they do), and the
+    greatest part that an angle from the field can have."""
+
+    days: float
+    rate_part: float
+    balance: float
+    most: float
+
+
 def flown_angle(scenario):
     """Angle [deg] from the field, and the rate [deg/s]."""
     result = simulate(scenario)
@@ -28,29 +44,41 @@ def flown_angle(scenario):
     return found, np.degrees(np.linalg.norm(result["omega_body"].values, axis=1))
 
 
+def late(rods: int, draw: int) -> Late:
+    """Of two weeks with so many rods: m B = (J_t - J) w^2 cos(angle) where the torques balance."""
+    scenario, last = with_rods(rods), slice(-10 * REVOLUTION, None)
+    first = np.array(scenario.initial.rate_deg_s) * (1.0 + 1e-12 * draw)
+    result = simulate(scenario.replace("initial.rate_deg_s", first.tolist()))
+    b = result["b_inertial"].values
+    found = angle(result["q_body_to_inertial"].values, b)
+    rate = np.linalg.norm(result["omega_body"].values, axis=1)
+    along, *across = np.diag(scenario.spacecraft.body.inertia)
+    pull = scenario.spacecraft.permanent_magnet_a_m2[0] * np.linalg.norm(b[last], axis=1)
+    turned = (np.mean(across) - along) * rate[last] ** 2
+    return Late(
+        days_to_settle(found),
+        rate[-REVOLUTION:].mean() / rate[0],
+        np.mean(turned * np.cos(np.radians(found[last]))) / pull.mean(),
+        np.mean(turned) / pull.mean(),
+    )
+
+
 @pytest.mark.slow
 def test_loops_within_the_limiting_ones_settle_later():
-    """The example, by Flatley and Henretty: the published time is not reached."""
-    found, rate = flown_angle(EXAMPLE)
-    assert days_to_settle(found) > 1.5 * PUBLISHED_DAYS
-    # it is calmed all the same: the rate falls to that of the spin about the magnet
-    assert rate[-REVOLUTION:].mean() < 0.15 * rate[0]
-    assert np.median(found[-10 * REVOLUTION :]) < WITHIN_DEG
+    """The example, by Flatley and Henretty: the published time is not reached by most draws."""
+    found = [late(3, draw) for draw in range(DRAWS)]
+    assert np.median([each.days for each in found]) > 1.5 * PUBLISHED_DAYS
+    # it is calmed all the same: the rate falls to that of the spin about the field
+    assert all(each.rate_part < 0.15 for each in found)
 
 
 @pytest.mark.slow
-def test_a_long_body_that_turns_about_the_field_stands_off_it():
-    """With six rods m B = (J_t - J) w^2 cos(angle): torques of magnet and rotation balance."""
-    scenario, late = with_rods(6), slice(-10 * REVOLUTION, None)
-    result = simulate(scenario)
-    b = result["b_inertial"].values[late]
-    found = angle(result["q_body_to_inertial"].values[late], b)
-    rate = np.linalg.norm(result["omega_body"].values[late], axis=1)
-    along, *across = np.diag(scenario.spacecraft.body.inertia)
-    pull = scenario.spacecraft.permanent_magnet_a_m2[0] * np.linalg.norm(b, axis=1)
-    outward = (np.mean(across) - along) * rate**2 * np.cos(np.radians(found))
-    assert np.mean(outward) == pytest.approx(np.mean(pull), rel=0.1)
-    assert np.median(found) > 30.0
+@pytest.mark.parametrize("rods", [3, 6])
+def test_a_long_body_that_turns_about_the_field_stands_off_it(rods):
+    """Where it turns too fast to point along the field, torques of magnet and rotation balance."""
+    fast = [each for each in (late(rods, draw) for draw in range(DRAWS)) if each.most > 1.0]
+    assert len(fast) >= 3
+    assert np.array([each.balance for each in fast]) == pytest.approx(1.0, abs=0.2)
 
 
 def test_rods_calm_the_example_from_the_first_day_on():
