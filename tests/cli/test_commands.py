@@ -406,14 +406,17 @@ def test_a_second_process_finds_the_loop_in_the_cache(scenario):
 
 @needs_jit
 def test_a_warm_start_loads_nothing_that_it_does_not_use(call, scenario, tmp_path):
-    """Rules of the compiler, drawing, SciPy's rotations: each costs a quarter of a second."""
+    """Rules of the compiler, drawing, SciPy's rotations: each costs a quarter of a second or more.
+
+    The report draws nothing: its page does, in the browser.
+    """
     heavy = ("numba.np.linalg", "matplotlib", "plotly", "scipy.spatial", "scipy.stats")
     code = (
         "import sys\nfrom torquer.cli import main\n"
         "try: main(sys.argv[1:])\n"
         f"finally: print([name for name in {heavy!r} if name in sys.modules])"
     )
-    run = ["run", str(scenario), "--no-report", "--overwrite", "--out", str(tmp_path / "out")]
+    run = ["run", str(scenario), "--overwrite", "--out", str(tmp_path / "out")]
     assert call(*run)[0] == 0  # may have to compile
     done = subprocess.run(
         [sys.executable, "-c", code, *run], capture_output=True, text=True, check=True

@@ -12,6 +12,7 @@ read here rather than through `erfa.dat`, which would warn of a 'dubious year' f
 
 import math
 import re
+from bisect import bisect_right
 from datetime import UTC, datetime, timedelta
 from functools import cache
 
@@ -159,18 +160,27 @@ def seconds_between(start_utc: str | datetime, end_utc: str | datetime) -> float
     """SI seconds from one instant to another, leap seconds counted."""
     start, end = parse_utc(start_utc), parse_utc(end_utc)
     inserted_s = _inserted_s(end) - _inserted_s(start)
-    return (end - start) / timedelta(seconds=1) + inserted_s + leap_seconds_between(start, end)
+    return (end - start) / timedelta(seconds=1) + inserted_s + _leaps_between(start, end)
 
 
 def leap_seconds_between(start_utc: str | datetime, end_utc: str | datetime) -> int:
     """Number of leap seconds inserted between two instants."""
-    start, end = parse_utc(start_utc), parse_utc(end_utc)
-    return round((_tt_minus_utc_days(end) - _tt_minus_utc_days(start)) * DAY_S)
+    return _leaps_between(parse_utc(start_utc), parse_utc(end_utc))
 
 
-def _tt_minus_utc_days(moment: datetime) -> float:
-    (_, utc), (_, tt) = julian_dates(moment, 0.0)
-    return float(tt - utc)
+def _leaps_between(start: datetime, end: datetime) -> int:
+    """Of two instants in UTC; without arrays, as passes ask it for each point in a sky."""
+    midnights, offsets = _leap_moments()
+    first, last = (max(bisect_right(midnights, each) - 1, 0) for each in (start, end))
+    return offsets[last] - offsets[first]
+
+
+@cache
+def _leap_moments() -> tuple[list[datetime], list[int]]:
+    """The table of leap seconds as instants and whole numbers."""
+    midnights, offsets = _leap_table()
+    moments = [each.replace(tzinfo=UTC) for each in midnights.tolist()]
+    return moments, [round(each) for each in offsets.tolist()]
 
 
 @kernel

@@ -11,7 +11,7 @@ import re
 import sys
 import sysconfig
 import warnings
-from collections.abc import Callable, Container, Iterable, Sequence
+from collections.abc import Container, Iterable, Sequence
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
@@ -300,12 +300,13 @@ def check_report_options(how) -> None:
             raise ValueError(f"--{name}: must not be given with --no-report; received both")
 
 
-def write_beside_report(result, out: Path, how, page: Callable) -> None:
-    """Write what options ask for beside the report: the page that `page(result)` is, figures."""
+def write_beside_report(result, out: Path, how) -> None:
+    """Write what options ask for beside the report of a result: its page of A4, figures."""
     if how.page:
         from torquer.report.common.one_page import save_page
+        from torquer.report.one_page import contents
 
-        save_page(page(result), out)
+        save_page(contents(result), out)
     if how.figure:
         from torquer.report.paper import write_paper_figures
 

@@ -210,10 +210,9 @@ def _write(result, out: Path, how: CampaignOptions) -> dict:
     put(out / "summary.json", json_text(summary) + "\n")
     if not how.no_report:
         from torquer.report.campaign import write_campaign_report
-        from torquer.report.campaign.one_page import campaign_page
 
         write_campaign_report(result, out)
-        write_beside_report(result, out, how, campaign_page)
+        write_beside_report(result, out, how)
     return summary
 
 

@@ -202,12 +202,11 @@ def _write(result, out: Path, signals: Stop, how: RunOptions) -> dict:
     if how.no_report:
         return summary
     from torquer.report import write_report
-    from torquer.report.flight.one_page import run_page
 
     with signals.raising():
         _remove_old_plots(out)
         write_report(result, out, plots=how.plots)
-        write_beside_report(result, out, how, run_page)
+        write_beside_report(result, out, how)
     return summary
 
 
