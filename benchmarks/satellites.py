@@ -2,8 +2,9 @@
 
 Each satellite flies the campaign of its file: 64 releases. Then the law that `torquer design
 three-axis` refines for it holds it from 64 starts, with what the data sheet leaves open drawn as
-in the file; and once more without the cause that theory names first. `docs/satellites.md` is made
-of what this writes: `python benchmarks/satellites.py [NAME ...]`, a quarter of an hour for all.
+in the file; and once more without the cause that theory names first. Satellites with wheels slew,
+and have a pointing budget. `docs/satellites.md` is made of what this writes: `python
+benchmarks/satellites.py [NAME ...]`, a quarter of an hour for all.
 """
 
 from __future__ import annotations
@@ -21,14 +22,17 @@ from torquer.campaign.fly import OneByOne, fly_campaign
 from torquer.campaign.load import campaign_from_data, load_campaign
 from torquer.campaign.plain import with_flat_keys
 from torquer.campaign.statistics import quantile
-from torquer.design import DetumbleRequest, three_axis
+from torquer.design import DetumbleRequest, PointingRequest, pointing_budget, three_axis
 from torquer.design.detumbling import without_flights
+from torquer.design.mission_pointing import fly_laws
 from torquer.scenario.change import with_values
 from torquer.scenario.toml_text import parse_toml
 
 HERE = Path(__file__).parent
 FILES = HERE.parent / "examples/satellites"
-FOUND = HERE / "satellites.json"
+FOUND, FOUND_WHEELS = HERE / "satellites.json", HERE / "satellites_with_wheels.json"
+#: Flights of a pointing budget.
+BUDGET_FLIGHTS = 64
 #: Control step and integration step of a hold [s]; greatest rate at its start [deg/s]; revolutions
 #: flown, and those at their end of which the mean error is taken; error up to which it holds [deg].
 SAMPLE_S, STEP_S, RATE_DEG_S, REVOLUTIONS, LAST, HELD_DEG = 4.0, 2.0, 0.2, 10.0, 2.0, 30.0
@@ -128,17 +132,43 @@ def holds(path: Path) -> dict:
     return {"hold": holding(load_campaign(path)[0], data)}
 
 
+def with_wheels(path: Path) -> dict:
+    """A slew and the hold after it by wheels, and the pointing budget."""
+    scenario = load_campaign(path)[0]
+    flown = fly_laws(scenario)
+    total = pointing_budget(scenario, PointingRequest(flights=BUDGET_FLIGHTS)).total
+    (limit,) = flown.summary["verdict"]["goals"]
+    wheels = scenario.spacecraft.wheels
+    return {
+        "mass_kg": scenario.spacecraft.body.mass_kg,
+        "momentum_n_m_s": wheels.momentum_limit_n_m_s,
+        "torque_n_m": wheels.torque_limit_n_m,
+        "below_deg": limit["below"],
+        "held_after_s": limit["stays_from_s"],
+        "commanded_deg": flown.summary["peak_commanded_error_last_revolution_deg"],
+        "momentum_share": flown.summary["peak_wheel_momentum_share"],
+        "flights": BUDGET_FLIGHTS,
+        "predicted_deg": math.degrees(total.predicted["ape"].rms_rad),
+        "flown_deg": math.degrees(total.measured("ape").errors.rms_rad),
+        "relative_sigma": total.measured("ape").relative_sigma,
+    }
+
+
 def main(names: list[str]) -> None:
-    """Measure all or some, the shorter part first; print, write benchmarks/satellites.json."""
+    """Measure all or some, the shorter part first; print, write what was found."""
     warnings.simplefilter("ignore", OneByOne)
     paths = [path for path in sorted(FILES.glob("*.toml")) if not names or path.stem in names]
-    for part in (stops, holds):
+    for part in (stops, holds, with_wheels):
         for path in paths:
+            has_wheels = path.stem.endswith("_wheels")
+            if has_wheels != (part is with_wheels):
+                continue
             measured = part(path)
             print(path.stem, json.dumps(measured), flush=True)
-            found = json.loads(FOUND.read_text()) if FOUND.exists() else {}
+            to = FOUND_WHEELS if has_wheels else FOUND
+            found = json.loads(to.read_text()) if to.exists() else {}
             found.setdefault(path.stem, {}).update(measured)
-            FOUND.write_text(json.dumps(dict(sorted(found.items())), indent=1) + "\n")
+            to.write_text(json.dumps(dict(sorted(found.items())), indent=1) + "\n")
 
 
 if __name__ == "__main__":

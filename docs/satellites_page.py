@@ -11,6 +11,7 @@ from torquer.theory.averaged.conditions import FLOWN
 
 ROOT = Path(__file__).parents[1]
 FLOWN_FILE = ROOT / "benchmarks/satellites.json"
+WHEELS_FILE = ROOT / "benchmarks/satellites_with_wheels.json"
 TEXTS = tomllib.loads((Path(__file__).parent / "satellites_page.toml").read_text(encoding="utf-8"))
 #: A cause limits where its absence halves the median error.
 _HALF = 0.5
@@ -24,6 +25,7 @@ def page(language: str) -> str:
         "{classes}": _classes(words),
         "{stops}": _stops(words),
         "{holds}": _holds(words),
+        "{wheels}": _wheels(words),
     }
     text = words["page"]
     for mark, table in tables.items():
@@ -93,6 +95,19 @@ def _stops(words: dict) -> str:
             f"{ratio:.2f}", _hours(clean["flown_s"]), verdict,
         ])  # fmt: skip
     return _table(words["stops_head"], rows)
+
+
+def _wheels(words: dict) -> str:
+    """A slew and what is held after it by wheels; the pointing budget."""
+    rows = [
+        [f"[`{name}`](../examples/satellites/{name}.toml)",
+         f"{each['momentum_n_m_s']:g} N m s, {each['torque_n_m']:g} N m",
+         f"{each['below_deg']:g}", f"{each['held_after_s']:.0f}", f"{each['commanded_deg']:.2g}",
+         f"{100.0 * each['momentum_share']:.2g} %",
+         f"{each['predicted_deg']:.2g}", f"{each['flown_deg']:.2g}"]
+        for name, each in json.loads(WHEELS_FILE.read_text(encoding="utf-8")).items()
+    ]  # fmt: skip
+    return _table(words["wheels_head"], rows)
 
 
 def _holds(words: dict) -> str:

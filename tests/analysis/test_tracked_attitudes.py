@@ -202,7 +202,19 @@ def test_a_mission_judges_each_by_its_own_limit(flown):
     assert of_target["stays_from_s"] == t[np.flatnonzero(error.angle_deg >= 0.5)[-1] + 1] > 100.0
     assert of_command["signal"] == "error from the commanded attitude"
     assert of_command["stays_from_s"] == 0.0
-    assert [goal.signal for goal in find_goals(scenario())] == ["attitude error"]
+
+
+def test_the_usual_limit_is_of_what_is_commanded_where_a_law_slews_again_and_again():
+    """To a place that comes into sight, or in another state; a law that arrives once is there."""
+
+    def signals(*given):
+        return [goal.signal for goal in find_goals(scenario(*given))]
+
+    assert signals() == signals(None, {"place": PLACE}) == ["error from the commanded attitude"]
+    assert signals(None, {"sun": SUN}) == ["attitude error"]
+    hold = {"kind": "wheel_pd", "bandwidth_rad_s": 0.1, "inertia_kg_m2": INERTIA}
+    states = TURNS | {"sun": {"laws": ["hold"], "transitions": TURNS["sun"]["transitions"]}}
+    assert signals(states, {"hold": hold, "place": PLACE}) == ["attitude error"]
 
 
 def test_an_error_from_what_no_law_commands_cannot_be_judged():

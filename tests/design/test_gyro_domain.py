@@ -7,8 +7,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from torquer.compile import engine
+from torquer.design.failure import RUNS
 from torquer.design.gyro import failure
 from torquer.design.gyro.answer import _angle_text
+from torquer.design.gyro.flown_scenario import steps_of
 from torquer.design.gyro.gains import magneto_gyro
 from torquer.design.pointing_flights import PointingFlights
 from torquer.design.requests import MagnetoGyroRequest
@@ -167,6 +169,14 @@ def test_flights_agree_with_the_verdict(wheel_n_m_s, dipole_a_m2, state):
     assert said == (never > 0) == (made.failure is not None)
     if made.failure is not None:
         _check_failure(made)
+
+
+def test_few_starts_of_long_flights_are_flown():
+    """The answer comes in minutes: 16 starts of short flights, 4 of those of many days."""
+    short = long_cubesat(1.5e-4, 0.005)
+    assert steps_of(short) < 1e5 and failure._starts(short) == RUNS
+    long = short.replace("simulation.revolutions", 500.0)
+    assert steps_of(long) > 2e6 and failure._starts(long) == 4
 
 
 def _check_failure(made):

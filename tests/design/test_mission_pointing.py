@@ -6,10 +6,17 @@ from pathlib import Path
 import pytest
 
 import torquer
+from torquer.campaign.faults.fly import fly_faults
 from torquer.compile import engine
 from torquer.design.mission_parts import FAILS, HOLDS, LEFT_OUT, walk
-from torquer.design.mission_pointing import FlownLaws, error_that_counts, flown_in_words
+from torquer.design.mission_pointing import (
+    FlownLaws,
+    error_that_counts,
+    flown_in_words,
+    judged_by,
+)
 from torquer.design.requests import MissionRequest
+from torquer.design.wheel_file import slews_of
 
 EXAMPLES = Path(torquer.__file__).parents[1] / "examples"
 LOOKS = torquer.load_scenario(EXAMPLES / "looks_at_a_station.toml")
@@ -51,3 +58,48 @@ def test_where_wheels_hold_no_hold_by_coils_is_designed():
     part = walk("hold by coils", LOOKS, MissionRequest())
     assert (part.state, part.words) == (LEFT_OUT, "reaction wheels: coils alone need not hold")
     assert part.open == ()
+
+
+def test_what_is_asked_limits_the_error_that_is_meant():
+    """Where laws slew again and again that from what they command; a limit of the file stays."""
+
+    def limits(given, **asked):
+        mission = judged_by(given, MissionRequest(**asked)).mission
+        return {} if mission is None else mission.model_dump(exclude_defaults=True)
+
+    assert limits(LOOKS, pointing_deg=0.3)["commanded_error_below_deg"] == 0.3
+    assert "attitude_error_below_deg" not in limits(LOOKS, pointing_deg=0.3)
+    own = LOOKS.replace("mission", {"attitude_error_below_deg": 5.0, "rate_below_deg_s": 1.0})
+    found = limits(own, pointing_deg=0.3)
+    assert (found["attitude_error_below_deg"], found["rate_below_deg_s"]) == (0.3, 1.0)
+    assert limits(own)["attitude_error_below_deg"] == 5.0
+    holds = torquer.load_scenario(EXAMPLES / "pointing_budget.toml")
+    assert "attitude_error_below_deg" in limits(holds, pointing_deg=0.3)
+    tumbles = torquer.load_scenario(EXAMPLES / "satellites/small_150kg.toml")
+    assert judged_by(tumbles, MissionRequest(pointing_deg=0.3)) is tumbles
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+def test_a_slew_without_a_fault_is_no_fault():
+    short = LOOKS.replace("simulation.revolutions", 1.1)
+    found = fly_faults(judged_by(short, MissionRequest(pointing_deg=0.5)), only=["gyro silent"])
+    assert [goal.signal for goal in found.goals] == ["error from the commanded attitude"]
+    assert found.verdict == ("safe", "")
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "words", "state"),
+    [
+        ("momentum_limit_n_m_s", 0.012, "13.2 % of the momentum and 7.91 % of the torque", HOLDS),
+        ("momentum_limit_n_m_s", 1e-3, ": the momentum limits", FAILS),
+        ("torque_limit_n_m", 5e-5, ": the torque limits", FAILS),
+    ],
+)
+def test_wheels_are_judged_by_the_momentum_and_the_torque_of_slews(key, value, words, state):
+    part = walk(
+        "reaction wheels", LOOKS.replace(f"spacecraft.wheels.{key}", value), MissionRequest()
+    )
+    assert part.state == state and words in part.words
+    slews = slews_of(LOOKS)
+    assert slews == {"rate_deg_s": 1.0, "acceleration_deg_s2": 0.1}
+    assert any(f"would work: {key}" in point for point in part.open) == (state == FAILS)

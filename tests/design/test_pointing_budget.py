@@ -10,10 +10,15 @@ import pytest
 
 from torquer import load_scenario, plot, simulate
 from torquer.analysis.pointing.asked import COILS_GIVE, WHEELS_PUSH, WHEELS_TURN
-from torquer.analysis.pointing.setting import held_scenario
+from torquer.analysis.pointing.setting import held_scenario, make_setting
 from torquer.base.limits import RequestError
+from torquer.campaign.fleet import Fleet
+from torquer.campaign.sampling import member_scenario
+from torquer.campaign.spec import Campaign
 from torquer.compile import engine
 from torquer.design import PointingRequest, pointing_budget, three_axis
+from torquer.design.pointing_budget_flights import Flights
+from torquer.maths.geometry.attitudes import rotation_vector
 
 EXAMPLE = Path(__file__).parents[2] / "examples/pointing_budget.toml"
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
@@ -277,6 +282,28 @@ def compared(budget, kinds=("ape", "rpe", "ake")):
         for name, row in lines.items() for kind in kinds
         if row[kind]["flown_over_predicted"] is not None
     }  # fmt: skip
+
+
+@needs_jit
+def test_what_computers_know_is_the_same_in_lanes_and_alone(make):
+    """Attitudes as read, to the bit: a budget has the errors of knowledge from lanes."""
+    noise = {"spacecraft.attitude_sensor": {"noise_deg": 0.02}}
+    given = held_scenario(make(HELD | noise))
+    flights = Flights(make_setting(given, 10.0), 0.95)
+    campaign = Campaign(runs=3, seed=1)
+    fleet, names = Fleet(given, campaign), tuple(f"estimate_q_{c}" for c in "xyzw")
+    seen = np.zeros((3, fleet.rows, 11))
+
+    def take(rows, first, motion):
+        seen[rows, first : first + len(motion)] = motion.transpose(2, 0, 1)
+
+    assert fleet.fly_motion(np.arange(3), take, names).all()
+    for number in range(3):
+        one = flights.alone(member_scenario(given, campaign, number))
+        own = seen[number, : len(one.knowledge)]  # the last record of lanes is that of the end
+        knowledge = rotation_vector(own[:, :4], own[:, 7:])
+        assert np.array_equal(knowledge, one.knowledge, equal_nan=True)
+        assert np.linalg.norm(knowledge[1:], axis=1).std() > 0.0
 
 
 @needs_jit

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from torquer.analysis.notes.notes import write_notes
 from torquer.base.limits import RequestError
 from torquer.campaign.fly import fly_campaign
 from torquer.campaign.load import load_campaign
@@ -14,9 +15,16 @@ from torquer.compile import engine
 from torquer.design import SheetRequest, from_sheet, size_classes
 from torquer.design.detumbling import without_flights
 from torquer.design.requests import DetumbleRequest
+from torquer.design.wheel_file import wheels_of
+from torquer.design.wheel_report import wheels
 from torquer.scenario.load import scenario_from_text
 from torquer.theory.averaged.conditions import FLOWN
 
+#: A box whose middle is the centre of mass has no torque of light.
+NOTES = [
+    "disturbance.solar_pressure has no effect in runs where every part has its centre (centre_m) "
+    "at the centre of mass"
+]
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 #: Members whose values are looked at.
 DRAWN = 150
@@ -46,6 +54,20 @@ def test_each_class_is_a_scenario_with_the_gain_of_theory(name):
     theory = without_flights(scenario, DetumbleRequest()).theory_gain
     assert scenario.control.law.gain_a_m2_s_per_t == pytest.approx(theory, rel=0.01)
     assert max(map(len, sheet.text.partition("\n[spacecraft.aero")[0].splitlines())) <= 100
+
+
+@pytest.mark.parametrize("name", size_classes())
+def test_with_wheels_it_slews_within_a_quarter_of_what_they_can_do(name):
+    kind = size_classes()[name]
+    scenario = scenario_from_text(from_sheet(SheetRequest(like=name, wheels=True)).text, name)
+    found = wheels(wheels_of(scenario)).found
+    assert scenario.spacecraft.wheels.momentum_limit_n_m_s == kind.wheel_momentum_n_m_s
+    assert all(0.0 < each["share"] <= 0.26 for each in found["demand"].values())
+    assert [each["demand_met"] for each in found["failures"] if len(each["lost"]) == 1] == [
+        True
+    ] * 4
+    assert scenario.mission.attitude_error_below_deg == pytest.approx(10 * kind.attitude_noise_deg)
+    assert write_notes(scenario) == NOTES
 
 
 def test_what_was_given_takes_the_place_of_the_class(written):

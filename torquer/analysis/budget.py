@@ -6,10 +6,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from torquer.analysis.attitude import orbital_axes
 from torquer.environment.earth.gravity import gravity_gradient_vector
 from torquer.environment.ephemeris import ModelErrors, model_errors
 from torquer.environment.light import light_along
 from torquer.maths.geometry.attitudes import to_body
+from torquer.scenario.initial import InitialMotion
 from torquer.scenario.spec import Scenario
 from torquer.simulation.results.flown import flown_scenario
 from torquer.simulation.setup.own_functions import needs_of_own, own_torques
@@ -84,11 +86,20 @@ def budget_while_held(scenario: Scenario) -> Budget:
     record = scenario.simulation.record_s
     t_s = record * np.arange(round(scenario.length_s / record) + 1)
     r, v = scenario.orbit_environment().state(t_s)
-    still = {"rate_deg_s": (0.0, 0.0, 0.0), "rate_relative_to": scenario.initial.reference}
-    held = scenario.initial.model_copy(update=still)
-    motion = np.array([held.motion(a, b) for a, b in zip(r, v, strict=True)])
     field = scenario.orbit_environment().field(t_s, r, v)
-    return _budget(scenario, t_s, r, field, motion[:, :4], motion[:, 4:], None)
+    return _budget(scenario, t_s, r, field, *_held_motion(scenario.initial, r, v), None)
+
+
+def _held_motion(initial: InitialMotion, r, v) -> tuple[np.ndarray, np.ndarray]:
+    """Attitudes (n, 4) and rates (n, 3) of what holds the attitude at the start in its frame."""
+    from scipy.spatial.transform import Rotation
+
+    attitude = initial.attitude
+    if initial.reference == "inertial":
+        return np.tile(attitude, (len(r), 1)), np.zeros((len(r), 3))
+    q = (orbital_axes(r, v) * Rotation.from_quat(attitude)).as_quat()
+    turning = np.cross(r, v) / np.sum(r**2, axis=1, keepdims=True)
+    return q, to_body(q, turning)
 
 
 def _budget(scenario: Scenario, t_s, r, b, q, omega, dipole) -> Budget:

@@ -9,7 +9,7 @@ from torquer.analysis.series import Variables, angle_deg
 from torquer.base.language import Message, message
 from torquer.computer.laws.spin_axis import Pointed
 from torquer.maths.geometry.attitudes import to_reference
-from torquer.scenario.held import held_by
+from torquer.scenario.held import held_by, slews_in_flight
 from torquer.scenario.mission import ORBITAL_RATES, Mission
 from torquer.scenario.spec import Scenario
 
@@ -82,6 +82,7 @@ def _name_limit(mission: Mission) -> list[Goal]:
 def _usual(scenario: Scenario) -> list[Goal]:
     """Usual goals, from the laws that work at the end: attitude, else direction, else rate.
 
+    Of laws that slew again and again the attitude that they command, not the one at its end.
     None where regions of modes work side by side: only the author knows their common purpose.
     """
     laws = _last_laws(scenario)
@@ -94,7 +95,9 @@ def _usual(scenario: Scenario) -> list[Goal]:
             if by_wheels
             else message("usual for an attitude held by coils")
         )
-        return [Goal("attitude error", limit, "deg", why)]
+        slews = slews_in_flight(scenario.control)
+        signal = "error from the commanded attitude" if slews else "attitude error"
+        return [Goal(signal, limit, "deg", why)]
     for spec in laws.values():
         if spec.kind in _TO_THE_SUN or (isinstance(spec, Pointed) and spec.target == "sun"):
             why = message("usual for coils")

@@ -151,25 +151,29 @@ class Fleet:
                 self._fly_alone(chunk, row)
         return chunk
 
-    def fly_motion(self, members: np.ndarray, take: Take) -> np.ndarray:
+    def fly_motion(
+        self, members: np.ndarray, take: Take, known: tuple[str, ...] = ()
+    ) -> np.ndarray:
         """Fly members (n,) in lanes and give away their motion, part by part; which were flown.
 
         `take(rows, first, motion)`: rows of the members, number of the first record, attitudes and
-        rates (r, 7, n). Left out are those that do not fit into lanes, or that end early there.
+        rates (r, 7, n), followed by numbers of what their computers know, by names of `KNOWN`.
+        Left out are those that do not fit into lanes, or that end early there.
         """
         chunk, flown = self.unflown(members), np.zeros(len(members), bool)
         if self._lanes is None:
             return flown
-        fitting = self._numbers_of(self._lanes, chunk)
+        lanes = Lanes(self.base, self._pieces, Kept(known=known))
+        fitting = self._numbers_of(lanes, chunk)
         rows = np.array([*fitting], int)
         if not len(rows):
             return flown
 
         def pass_on(columns: slice, first: int, motion: np.ndarray) -> None:
-            take(rows[columns], first, motion[:, :7])
+            take(rows[columns], first, motion)
 
         numbers = np.array([fitting[row] for row in rows])
-        _, failed = self._lanes.fly_in_parts(numbers, chunk.seeds[rows], pass_on)
+        _, failed = lanes.fly_in_parts(numbers, chunk.seeds[rows], pass_on)
         flown[rows[~failed]] = True
         return flown
 

@@ -165,6 +165,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "init": (
         "torquer init my_satellite",
         "torquer init my_satellite --like 3u --mass-kg 3.4 --panels 2",
+        "torquer init my_satellite --like 150kg --wheels",
         "torquer init my_satellite --example wheels_in_flight",
         "torquer init --list",
     ),

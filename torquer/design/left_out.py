@@ -33,6 +33,10 @@ class SizeClass(NamedTuple):
     noise_nt: float
     altitude_km: float
     inclination_deg: float
+    wheel_momentum_n_m_s: float
+    wheel_torque_n_m: float
+    gyro_noise_deg_s: float
+    attitude_noise_deg: float
     source: str
 
 

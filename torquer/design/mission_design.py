@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from torquer.analysis.notes.orbit_notes import orbit_notes
 from torquer.base.rows import Row, as_html
 from torquer.design.gain_sweep import GainSweep
 from torquer.design.mission_parts import FAILS, LEFT_OUT, PARTS, STATES, Part, walk
@@ -30,8 +31,9 @@ class MissionDesign:
         return self.state == FAILS
 
     def open_points(self) -> list[str]:
-        """What is left to decide, by the name of the part."""
-        return [f"{part.name}: {point}" for part in self.parts for point in part.open]
+        """What is left to decide, by the name of the part, and what holds for all of them."""
+        found = [f"{part.name}: {point}" for part in self.parts for point in part.open]
+        return [*found, *orbit_notes(self.scenario)]
 
     def table(self) -> list[list[Row]]:
         """A line for each part."""

@@ -22,6 +22,7 @@ from torquer.design.mission_pointing import (
     error_that_counts,
     flown_in_words,
     fly_laws,
+    judged_by,
     why_no_budget,
     why_no_hold,
 )
@@ -37,7 +38,7 @@ from torquer.design.three_axis_answer import ThreeAxisAnswer
 from torquer.design.three_axis_gains import three_axis
 from torquer.design.wheel_file import wheels_of
 from torquer.design.wheel_report import WheelReport, wheels
-from torquer.design.wheel_tables import summary_rows
+from torquer.design.wheel_tables import nearest_in_words, slews_in_words, summary_rows
 from torquer.scenario.spec import Scenario
 from torquer.theory.validity import Doubt
 
@@ -144,17 +145,25 @@ def sensors(scenario: Scenario, request: MissionRequest) -> Part:
 
 
 def wheel_array(scenario: Scenario, request: MissionRequest) -> Part:
-    """What the wheels can store, whole and after a failure."""
+    """What the wheels can store and push, whole and after a failure, against the slews."""
     report = wheels(wheels_of(scenario))
-    held, cases = report.found["momentum"], report.found["failures"]
-    left = [each["worst_rate_deg_s"] for each in cases if len(each["lost"]) == 1]
-    words = f"rates up to {held['worst_rate_deg_s']:.3g} deg/s about any axis"
+    found = report.found
+    single = [each for each in found["failures"] if len(each["lost"]) == 1]
+    left = [each["worst_rate_deg_s"] for each in single]
+    words = f"rates up to {found['momentum']['worst_rate_deg_s']:.3g} deg/s about any axis"
     words += f", {min(left):.3g} with one wheel failed" if left else ""
-    state = HOLDS if left and min(left) > 0.0 else DOUBTFUL
-    opened = ["no rate or momentum is demanded: a file of torquer wheels has [demand]"]
-    if state == DOUBTFUL:
+    words += slews_in_words(found["demand"])
+    state, opened = HOLDS, [f"would work: {text}" for text in nearest_in_words(found["nearest"])]
+    if not found["demand"]:
+        opened.append("no rate or momentum is demanded: a file of torquer wheels has [demand]")
+    if not left or min(left) <= 0.0:
+        state = DOUBTFUL
         opened.append("a failed wheel leaves an axis without control")
-    lines = tuple(f"{label}: {text}" for label, text in summary_rows(report.found))
+    elif not found["nearest"] and not all(each["demand_met"] for each in single):
+        opened.append("with one wheel failed slews must be slower")
+    if found["nearest"]:
+        state = FAILS
+    lines = tuple(f"{label}: {text}" for label, text in summary_rows(found))
     return Part("", state, words, tuple(opened), report, lines, report.data())
 
 
@@ -178,7 +187,7 @@ def pointing_errors(scenario: Scenario, request: MissionRequest) -> Part:
 
 def faults(scenario: Scenario, request: MissionRequest) -> Part:
     """What every single fault does to the satellite."""
-    found = fly_faults(scenario, workers=request.workers)
+    found = fly_faults(judged_by(scenario, request), workers=request.workers)
     counts, worst = found.counts(True), found.worst()
     words = ", ".join(f"{number} {name}" for name, number in counts.items())
     state = FAILS if counts[LOST] else DOUBTFUL if counts[HURT] else HOLDS

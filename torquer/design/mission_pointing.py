@@ -3,14 +3,17 @@
 import math
 from typing import NamedTuple
 
+import numpy as np
 import xarray as xr
 
+from torquer.analysis.attitude import find_attitude_error
 from torquer.analysis.summary import Summary, summarise, summary_rows, told_rows
 from torquer.analysis.wheel_use import AT_LIMIT
 from torquer.design.pointing_answer import PointingBudget, pointing_budget
 from torquer.design.requests import MissionRequest, PointingRequest
-from torquer.scenario.held import why_no_attitude
+from torquer.scenario.held import slews_in_flight, why_no_attitude
 from torquer.scenario.spec import Scenario
+from torquer.simulation.results.dataset import flown_scenario
 from torquer.simulation.setup.simulate import simulate
 
 
@@ -51,6 +54,7 @@ def flown_in_words(found: FlownLaws, within_deg: float) -> str:
         words += " over the last revolution"
     if (commanded := said.get("peak_commanded_error_last_revolution_deg")) is not None:
         words += f"; at most {commanded:.3g} deg from what is commanded, slews included"
+        words += f", and {100.0 * on_target(found, within_deg):.3g} % of it on target"
     if (share := said.get("peak_wheel_momentum_share")) is not None:
         words += f"; a wheel up to {100.0 * share:.3g} % of its momentum"
     if (energy_j := said.get("coil_energy_j")) is not None:
@@ -59,11 +63,42 @@ def flown_in_words(found: FlownLaws, within_deg: float) -> str:
 
 
 def error_that_counts(found: FlownLaws) -> float:
-    """Error [deg] to be compared with what is asked: with slews that from what is commanded."""
+    """Error [deg] to be compared with what is asked: with slews that from what is commanded.
+
+    A law that need not slew again must also have arrived at the end.
+    """
+    said = found.summary
     keys = ("peak_commanded_error_last_revolution_deg", "peak_attitude_error_last_revolution_deg",
             "final_attitude_error_deg")  # fmt: skip
-    known = (found.summary.get(key) for key in keys)
-    return next((each for each in known if each is not None), math.inf)
+    known = [said[key] for key in keys if said.get(key) is not None]
+    if not known:
+        return math.inf
+    if said.get(keys[0]) is None or slews_in_flight(flown_scenario(found.result).control):
+        return known[0]
+    final = said.get("final_attitude_error_deg")
+    return math.inf if final is None else max(known[0], final)
+
+
+def on_target(found: FlownLaws, within_deg: float) -> float:
+    """Share of the last revolution's records at which it is so near to what its targets give."""
+    error, t_s = find_attitude_error(found.result), found.result["time"].values
+    if error is None:
+        return 0.0
+    last = t_s >= t_s[-1] - flown_scenario(found.result).orbit.period_s
+    return float(np.mean(error.angle_deg[last] <= within_deg))
+
+
+def judged_by(scenario: Scenario, request: MissionRequest) -> Scenario:
+    """The scenario with what is asked as its limit, of the error that is meant, where it is given
+    beside the scenario."""
+    if request.pointing_deg is None or why_no_hold(scenario):
+        return scenario
+    both = ("commanded_error_below_deg", "attitude_error_below_deg")
+    given = {} if scenario.mission is None else scenario.mission.model_dump(exclude_none=True)
+    named = [key for key in both if key in given]
+    meant = both[:1] if slews_in_flight(scenario.control) else both[1:]
+    limits = dict.fromkeys(named or meant, request.pointing_deg)
+    return scenario.replace("mission", given | limits)
 
 
 def budget_of(scenario: Scenario, request: MissionRequest) -> PointingBudget:

@@ -69,7 +69,8 @@ _NOTHING_RAD = math.radians(1e-5)
 class PointingBudget:
     """The causes of pointing errors, and all of them together.
 
-    `from_s`: from when on errors count; `window_s`: of stability, in whole control cycles.
+    `from_s`: from when on errors count; `window_s`: of stability, in whole control cycles; `steps`:
+    what those of the integrator did in flight, if it is not small.
     """
 
     scenario: Scenario
@@ -79,6 +80,7 @@ class PointingBudget:
     from_s: float
     window_s: float
     verdict: Verdict
+    steps: tuple[str, ...] = ()
 
     def table(self) -> list[list[Row]]:
         """A line for each cause, and one for all."""
@@ -148,7 +150,7 @@ class PointingBudget:
                 "each flight draws about zero, with the root mean square of the scenario's numbers "
                 f"on each axis: {', '.join(drawn)}"
             )
-        return found
+        return [*found, *self.steps]
 
     def _repr_html_(self) -> str:
         return as_html(self.table(), [self.headline(), *self.verdict.lines(), *self.notes()])
@@ -219,9 +221,8 @@ def pointing_budget(
     """
     held = held_scenario(scenario)
     setting, causes = make_setting(held, request.window_s), causes_of(held)
-    linear = {cause.name: predict(setting, cause) for cause in causes}
-    found = {name: _within_theory(setting, effect) for name, effect in linear.items()}
-    flights = _Flown(setting, causes, request, _of_knowledge(linear), progress)
+    found = {each.name: _within_theory(setting, predict(setting, each)) for each in causes}
+    flights = _Flown(setting, causes, request, progress)
     lines = [_line(setting, request, cause, found[cause.name], flights) for cause in causes]
     known = [effect for effect in found.values() if isinstance(effect, Effect)]
     shaken = imbalance(setting, request)
@@ -239,7 +240,9 @@ def pointing_budget(
     window_s = setting.size * setting.loop.cycle_s
     from_s = float(setting.loop.t_s[setting.first])
     verdict = _verdict(setting, total, whole)
-    return PointingBudget(scenario, request, tuple(lines), total, from_s, window_s, verdict)
+    return PointingBudget(
+        scenario, request, tuple(lines), total, from_s, window_s, verdict, flights.steps
+    )
 
 
 def _within_theory(setting: Setting, effect: Effect | str) -> Effect | str:
@@ -250,14 +253,6 @@ def _within_theory(setting: Setting, effect: Effect | str) -> Effect | str:
         if not LEAN.holds(predicted_errors(part, setting.first, setting.size, 0.95).quantile_rad):
             return _BEYOND
     return effect
-
-
-def _of_knowledge(effects: dict[str, Effect | str]) -> set[str]:
-    """Names of the causes that err in what is known of the attitude."""
-    return {
-        name for name, effect in effects.items()
-        if isinstance(effect, Effect) and not effect.knowledge.is_none
-    }  # fmt: skip
 
 
 def _verdict(setting: Setting, total: BudgetLine, whole: Effect | str) -> Verdict:
@@ -289,15 +284,19 @@ class _Flown:
         setting: Setting,
         causes: list[Cause],
         request: PointingRequest,
-        knows: set[str],
         progress: Callable[[int, int], None] | None,
     ):
         self._setting, self._causes, self._count = setting, causes, request.flights
-        self._knows, self._progress = knows, progress
+        self._progress = progress
         self._flights = Flights(setting, request.confidence)
         self._baseline: FlightErrors | None = None
         self._done, self._total = 0, sum(self._flights_of(cause) for cause in causes)
         self._total += request.flights
+
+    @property
+    def steps(self) -> tuple[str, ...]:
+        """What the steps of the integrator did."""
+        return self._flights.steps
 
     def _flights_of(self, cause: Cause) -> int:
         return self._count if cause.differs else min(1, self._count)
@@ -308,15 +307,13 @@ class _Flown:
             return None
         scenario, others = self._setting.scenario, [x for x in self._causes if x.name != cause.name]
         if cause.name == ALL:
-            return self._flights.with_causes(
-                scenario, self._causes, None, self._count, True, self._flown
-            )
+            return self._flights.with_causes(scenario, self._causes, None, self._count, self._flown)
         bare = without(scenario, others)
         if cause.name == ALWAYS:
             self._baseline = self._flights.alone(bare)
-            return self._flights.with_causes(bare, [cause], None, 1, True, self._flown)
-        count, known = self._flights_of(cause), cause.name in self._knows
-        return self._flights.with_causes(bare, [cause], self._baseline, count, known, self._flown)
+            return self._flights.with_causes(bare, [cause], None, 1, self._flown)
+        count = self._flights_of(cause)
+        return self._flights.with_causes(bare, [cause], self._baseline, count, self._flown)
 
     def _flown(self, flights: int) -> None:
         self._done += flights

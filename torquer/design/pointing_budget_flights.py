@@ -1,5 +1,6 @@
 """Flights of a pointing budget: a cause beside what is always there, and all causes together."""
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -12,11 +13,17 @@ from torquer.analysis.pointing.statistics import Measured, Tally
 from torquer.campaign.fleet import Fleet
 from torquer.campaign.sampling import member_scenario
 from torquer.campaign.spec import Campaign
+from torquer.compile.lanes import LANES
 from torquer.maths.geometry.attitudes import rotation_vector
+from torquer.scenario.resolution import part_damped, told_of_steps
 from torquer.scenario.spec import Scenario
 from torquer.simulation.setup.run import Piece, prepare
 from torquer.theory.three_axis.effects import relative_to_mean
 from torquer.theory.three_axis.linearise import wanted_motion
+
+_ATTITUDE = tuple(f"q_{c}" for c in "xyzw")
+#: Of `KNOWN`: the attitude as the computer has it.
+_KNOWN = tuple(f"estimate_q_{c}" for c in "xyzw")
 
 
 class FlownErrors(NamedTuple):
@@ -47,15 +54,24 @@ class Flights:
         self._setting, self._confidence = setting, confidence
         self._piece: Piece | None = None
         self._wanted: np.ndarray | None = None
+        self._damping, self._lag = 0.0, 0.0
+
+    @property
+    def steps(self) -> tuple[str, ...]:
+        """What the steps of RK4 did in the flights alone, if it is not small."""
+        return (*told_of_steps(float(part_damped(self._damping)), math.degrees(self._lag)),)
 
     def alone(self, scenario: Scenario) -> FlightErrors:
         """Errors of one flight from its start on; ValueError for one that ends early."""
         run = prepare(scenario.replace("simulation.record_inputs", True), piece=self._piece)
         self._piece = self._piece or run.piece
         recorded = record_run(run)
+        cells = run.state.cells[0]
+        self._damping = max(self._damping, float(cells["damping"]))
+        self._lag = max(self._lag, float(cells["lag"]))
         q, known = (
-            np.stack([each[f"{key}_{c}"] for c in "xyzw"], axis=1)
-            for each, key in ((recorded.rows, "q"), (recorded.known, "estimate_q"))
+            np.stack([each[name] for name in names], axis=1)
+            for each, names in ((recorded.rows, _ATTITUDE), (recorded.known, _KNOWN))
         )
         wanted = self._wanted_at(len(q))
         return FlightErrors(rotation_vector(wanted, q), rotation_vector(q, known))
@@ -81,14 +97,11 @@ class Flights:
         causes: list[Cause],
         baseline: FlightErrors | None,
         count: int,
-        known: bool,
         flown: Callable[[int], None],
     ) -> FlownErrors:
         """Errors of flights of a scenario that has these causes, less a flight without them.
 
-        `known`: whether they err in what is known of the attitude, too: then flights are flown one
-        by one, with a record of it, else in lanes. Flights that would all be the same are flown
-        once. `flown` is called with the flights done.
+        Flights that would all be the same are flown once. `flown` is called with the flights done.
         """
         drawn = {key: sigma for cause in causes for key, sigma in cause.drawn.items()}
         count = count if any(cause.differs for cause in causes) else 1
@@ -96,26 +109,18 @@ class Flights:
         self._piece = None  # what moves the body differs from cause to cause
         campaign = Campaign.model_validate({"runs": count, "seed": 1, "vary": vary})
         tallies = Tally(), Tally(), Tally()
-        alone = range(count if known or count == 1 else 1)
-        for number in alone:
-            errors = self.alone(member_scenario(scenario, campaign, number))
-            self._add(tallies, errors, baseline, pointing=known or count == 1)
-            flown(1 if known or count == 1 else 0)
-        if count > len(alone):
-            self._in_lanes(scenario, campaign, tallies, baseline)
-            flown(count)
+        if count == 1:
+            self._add(tallies, self.alone(member_scenario(scenario, campaign, 0)), baseline)
+            flown(1)
+        else:
+            self._in_lanes(scenario, campaign, tallies, baseline, flown)
         absolute, relative, knowledge = (tally.measured(self._confidence) for tally in tallies)
         return FlownErrors(absolute, relative, knowledge, count)
 
-    def _add(
-        self, tallies, errors: FlightErrors, baseline: FlightErrors | None, pointing: bool
-    ) -> None:
+    def _add(self, tallies, errors: FlightErrors, baseline: FlightErrors | None) -> None:
         absolute, relative, knowledge = tallies
         knowledge.add(self._counted(errors.knowledge))
-        if pointing:
-            self._add_pointing(absolute, relative, errors.pointing, baseline)
-
-    def _add_pointing(self, absolute, relative, turns, baseline: FlightErrors | None) -> None:
+        turns = errors.pointing
         if baseline is not None:
             both = min(len(turns), len(baseline.pointing))
             turns = turns[:both] - baseline.pointing[:both]
@@ -124,22 +129,31 @@ class Flights:
         relative.add(relative_to_mean(counted, self._setting.size))
 
     def _in_lanes(
-        self, scenario, campaign: Campaign, tallies, baseline: FlightErrors | None
+        self,
+        scenario: Scenario,
+        campaign: Campaign,
+        tallies,
+        baseline: FlightErrors | None,
+        flown: Callable[[int], None],
     ) -> None:
-        """Errors of the attitude of all members, side by side where they fit into lanes."""
+        """Errors of all members, side by side where they fit into lanes: a group after another."""
         fleet = Fleet(scenario, campaign)
-        turns = np.full((campaign.runs, fleet.rows, 3), np.nan)
         wanted = self._wanted_at(fleet.rows)
+        turns = FlightErrors(*np.empty((2, LANES, fleet.rows, 3)))
 
         def take(rows: np.ndarray, first: int, motion: np.ndarray) -> None:
             part = slice(first, first + len(motion))
             for column, row in enumerate(rows):
-                turns[row, part] = rotation_vector(wanted[part], motion[:, :4, column])
+                q, known = motion[:, :4, column], motion[:, -4:, column]
+                turns.pointing[row, part] = rotation_vector(wanted[part], q)
+                turns.knowledge[row, part] = rotation_vector(q, known)
 
-        flown = fleet.fly_motion(np.arange(campaign.runs), take)
-        for row in np.flatnonzero(~flown).tolist():
-            errors = self.alone(member_scenario(scenario, campaign, row))
-            turns[row, : len(errors.pointing)] = errors.pointing
-        for row in range(campaign.runs):
-            own = turns[row][np.isfinite(turns[row, :, 0])]
-            self._add_pointing(tallies[0], tallies[1], own, baseline)
+        for first in range(0, campaign.runs, LANES):
+            members = np.arange(first, min(first + LANES, campaign.runs))
+            is_flown = fleet.fly_motion(members, take, _KNOWN)
+            for row, number in enumerate(members.tolist()):
+                errors = FlightErrors(turns.pointing[row], turns.knowledge[row])
+                if not is_flown[row]:
+                    errors = self.alone(member_scenario(scenario, campaign, number))
+                self._add(tallies, errors, baseline)
+            flown(len(members))

@@ -88,6 +88,8 @@ class SheetRequest:
     """Altitude of the circular orbit [that of the class]."""
     inclination_deg: Annotated[float | None, within(0.0, 180.0)] = None
     """Its inclination [that of the class]."""
+    wheels: bool = False
+    """With four reaction wheels, gyro and attitude sensor: a slew to the nadir, unloading."""
 
 
 @request
@@ -225,15 +227,17 @@ class MissionRequest:
     tip_off_deg_s: Annotated[float | None, positive()] = None
     """Rate after release [the scenario's initial rate]."""
     pointing_deg: Annotated[float | None, within(0.0, 180.0)] = None
-    """Attitude error within which it must stay [that of its mission, else 30]."""
+    """Error within which it must stay; with slews from what is commanded [mission, else 30]."""
     runs: Annotated[int, within(1, 10_000)] = 16
     """Releases of each gain at each of two times of a day, and starts of each hold."""
     workers: Annotated[int | None, at_least(1)] = None
     """Flights with faults at once [one per core]."""
 
     def within_deg(self, scenario) -> float:
-        """Attitude error [deg] within which a scenario must stay."""
-        own = scenario.mission and scenario.mission.attitude_error_below_deg
+        """Error [deg] within which a scenario must stay."""
+        own = scenario.mission and (
+            scenario.mission.attitude_error_below_deg or scenario.mission.commanded_error_below_deg
+        )
         return self.pointing_deg or own or 30.0
 
 

@@ -2,11 +2,14 @@
 
 import math
 import textwrap
+import tomllib
 from collections.abc import Iterator
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from string import Template
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from torquer.base.limits import RequestError, given_values
 from torquer.campaign.statistics import quantile
@@ -27,13 +30,20 @@ from torquer.design.requests import DetumbleRequest, SheetRequest
 from torquer.scenario.load import scenario_from_text
 from torquer.spacecraft.masses import MassProperties, mass_properties
 from torquer.spacecraft.parts import AnyPart, Plate
+from torquer.spacecraft.wheel_array.envelope import momentum_envelope, torque_envelope
+from torquer.spacecraft.wheel_array.layout import WheelArray, four_sided_pyramid
+from torquer.spacecraft.wheel_array.rates import worst_case
 
 _TEMPLATE = Path(__file__).with_name("sheet_scenario.txt")
+_MOTIONS = Path(__file__).with_name("sheet_motions.toml")
 #: Rate that counts as stopped [deg/s]: well above that at which the field turns.
 BELOW_DEG_S = 0.5
 #: Releases of the campaign. Revolutions of a run: at least, times to stop by theory.
 RUNS = 64
 _LEAST, _TIMES = 4.0, 3.0
+#: Part of what the wheels can do about their weakest axis that slews take, and at most [deg/s,
+#: deg/s^2]; error that counts as held, over the noise of the attitude sensor.
+_SLEWS, _MOST_SLEWS, _HELD = 0.25, (1.0, 0.1), 10.0
 #: Keys of a request that take the place of the class's.
 _OWN = ("mass_kg", "size_m", "limit_a_m2", "altitude_km", "inclination_deg")
 
@@ -98,7 +108,7 @@ def _satellite(request: SheetRequest) -> SizeClass:
 
 def _by_theory(sheet: Sheet, request: SheetRequest) -> GainSweep:
     """The case of B-dot without flights."""
-    scenario = scenario_from_text(_text(sheet, request, 1), "sheet")
+    scenario = scenario_from_text(_text(sheet, replace(request, wheels=False), 1), "sheet")
     wanted = DetumbleRequest(
         tip_off_deg_s=sheet.satellite.tip_off_deg_s, rate_below_deg_s=BELOW_DEG_S
     )
@@ -107,6 +117,8 @@ def _by_theory(sheet: Sheet, request: SheetRequest) -> GainSweep:
 
 def _text(sheet: Sheet, request: SheetRequest, revolutions: int) -> str:
     satellite, rules = sheet.satellite, sheet_rules()
+    motions = tomllib.loads(_MOTIONS.read_text(encoding="utf-8"))
+    motion = motions["wheels" if request.wheels else "tumbles"]
     words = {
         **{key: _number(value) for key, value in satellite._asdict().items() if _is_number(value)},
         **_words_of_class(satellite, request),
@@ -120,8 +132,38 @@ def _text(sheet: Sheet, request: SheetRequest, revolutions: int) -> str:
         "revolutions": revolutions,
         "below_deg_s": BELOW_DEG_S,
         "runs": RUNS,
+        **(_words_of_wheels(sheet) if request.wheels else {}),
     }
-    return Template(_TEMPLATE.read_text(encoding="utf-8")).substitute(words)
+    parts = {key: Template(text.removesuffix("\n")).substitute(words)
+             for key, text in motion.items()}  # fmt: skip
+    return Template(_TEMPLATE.read_text(encoding="utf-8")).substitute(words | parts)
+
+
+def _words_of_wheels(sheet: Sheet) -> dict[str, str]:
+    """Slews that fit the wheels of the class, and the error that counts as held."""
+    satellite, inertia = sheet.satellite, np.array(sheet.masses.inertia)
+    axes = four_sided_pyramid(54.7356, 45.0)
+    array = WheelArray(
+        axes=tuple(map(tuple, axes.tolist())),
+        momentum_limit_n_m_s=satellite.wheel_momentum_n_m_s,
+        torque_limit_n_m=satellite.wheel_torque_n_m,
+    )
+    whole = (worst_case(each(array), inertia) for each in (momentum_envelope, torque_envelope))
+    rate, acceleration = (
+        min(most, _SLEWS * math.degrees(each.rate))
+        for each, most in zip(whole, _MOST_SLEWS, strict=True)
+    )
+    return {
+        "slew_deg_s": _number(_rounded_down(rate)),
+        "slew_deg_s2": _number(_rounded_down(acceleration)),
+        "held_deg": _number(_HELD * satellite.attitude_noise_deg),
+    }
+
+
+def _rounded_down(value: float) -> float:
+    """To one digit."""
+    unit = 10.0 ** math.floor(math.log10(value) + 1e-9)
+    return math.floor(value / unit + 1e-9) * unit
 
 
 def _words_of_class(satellite: SizeClass, request: SheetRequest) -> dict[str, Any]:
@@ -137,7 +179,7 @@ def _options(request: SheetRequest) -> Iterator[str]:
     """The request as the options of `torquer init`."""
     for field in fields(request):
         if (value := getattr(request, field.name)) != field.default:
-            words = value if isinstance(value, tuple) else (value,)
+            words = value if isinstance(value, tuple) else (value,) if value is not True else ()
             shown = (each if isinstance(each, str) else f"{each:g}" for each in words)
             yield " ".join((f"--{field.name.replace('_', '-')}", *shown))
 

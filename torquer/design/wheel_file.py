@@ -36,6 +36,11 @@ from torquer.theory.slow.wheel_accumulation import (
     orbital_axes,
 )
 
+#: Keys of laws that limit slews, by what they demand of the wheels.
+_OF_SLEWS = {
+    "rate_deg_s": "greatest_rate_deg_s", "acceleration_deg_s2": "greatest_acceleration_deg_s2",
+}  # fmt: skip
+
 
 class Demand(Spec):
     """What the array must be able to do."""
@@ -149,10 +154,24 @@ def _from_scenario(data: dict, folder: Path) -> WheelDesign:
 
 
 def wheels_of(scenario: Scenario) -> WheelDesign:
-    """The wheels and the body of a scenario; `ScenarioError` for one without."""
+    """The wheels and the body of a scenario, and the slews that its laws make, as demands.
+
+    `ScenarioError` for one without wheels.
+    """
     craft = scenario.spacecraft
     if craft.wheels is None:
         raise ScenarioError("spacecraft.wheels: must be given for a wheel design; received none")
     wheels = {key: getattr(craft.wheels, key) for key in Wheels.model_fields}
     texts = {"name": scenario.name, "description": scenario.description}
-    return validate_tables(WheelDesign, {"wheels": wheels, "body": craft.body, **texts})
+    given = {"wheels": wheels, "body": craft.body, "demand": slews_of(scenario), **texts}
+    return validate_tables(WheelDesign, given)
+
+
+def slews_of(scenario: Scenario) -> dict[str, float]:
+    """Greatest rate and angular acceleration of the slews of a scenario's laws, as demands."""
+    laws, found = scenario.control.named().laws.values(), {}
+    for demand, key in _OF_SLEWS.items():
+        given = [getattr(law, key, None) for law in laws]
+        if known := [each for each in given if each is not None]:
+            found[demand] = max(known)
+    return found

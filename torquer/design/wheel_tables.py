@@ -1,5 +1,7 @@
 """The report on a wheel design as rows of text: terminal, page and notebook show the same."""
 
+import math
+
 from torquer.design.wheel_sweep import Point, Sweep
 
 _AXES = ("x1", "x2", "x3")
@@ -30,13 +32,32 @@ def summary_rows(report: dict) -> list[tuple[str, str]]:
             ),
         ]
     rows += [(f"Demand: {k}", _describe_demand(v)) for k, v in report["demand"].items()]
-    rows += [("Would meet them", text) for text in _nearest(report["nearest"])]
+    rows += [("Would meet them", text) for text in nearest_in_words(report["nearest"])]
     if report["only_given_layout"]:
         rows.append(("Other layouts", f"not compared: {report['only_given_layout']}"))
     return rows + _method_rows(report) + _accumulation_rows(report["accumulation"])
 
 
-def _nearest(found: dict | None) -> list[str]:
+#: What each demand takes of the wheels.
+_OF = {"rate": "momentum", "acceleration": "torque", "momentum": "momentum"}
+
+
+def slews_in_words(demand: dict) -> str:
+    """The share of the wheels' momentum and torque that demands take, and which limits."""
+    if not demand:
+        return ""
+    shares = {name: each["share"] for name, each in demand.items()}
+    said = " and ".join(f"{_share(share)} of the {_OF[name]}" for name, share in shares.items())
+    over = [name for name, each in demand.items() if not each["met"]]
+    worst = max(over, key=lambda name: shares[name] or math.inf, default=None)
+    return f"; slews take {said}" + (f": the {_OF[worst]} limits" if worst else "")
+
+
+def _share(share: float | None) -> str:
+    return "more than any scale" if share is None else f"{100.0 * share:.3g} %"
+
+
+def nearest_in_words(found: dict | None) -> list[str]:
     """The changes that meet demands which are not met."""
     if found is None:
         return []

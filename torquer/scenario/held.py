@@ -101,6 +101,25 @@ def why_no_slews(control: Control) -> str:
     return "laws without slews"
 
 
+def slews_in_flight(control: Control) -> bool:
+    """Whether laws turn by slews to what they hold, again and again: to that of another state of
+    the modes, or to a place that comes into sight. Then the error from what they command is meant
+    where a limit does not say which error."""
+    held = held_attitudes(control)
+    if not held or not all(each.steered_in for each in held):
+        return False
+    return holds_attitude(control) and (len(held) > 1 or any(map(_comes_into_sight, held)))
+
+
+def _comes_into_sight(held: Attitude) -> bool:
+    """Whether a target of an attitude is a place on the ground, which is not always in sight."""
+    if not held.targets:
+        return False
+    from torquer.computer.laws.targets import NUMBERS  # known where there are targets
+
+    return NUMBERS["ground"] in (held.targets.first.number, held.targets.second.number)
+
+
 def check_judged(control: Control, mission: Mission | None) -> None:
     """ValueError for a limit of the attitude error that no law of a flight gives a meaning.
 

@@ -282,6 +282,13 @@ def test_a_descent_that_is_left_out_is_noted():
     assert long_runs({"kind": "numerical", "start": start, "drag": drag}, "no drag", 15.0) == []
 
 
+def test_an_orbit_that_does_not_last_is_noted_however_short_the_run():
+    """From 200 km it is a day or two, from 250 km a week; satellites at 350 km stay for months."""
+    (note,) = long_runs(ROUND | {"altitude_km": 200.0}, "no drag", 0.1)
+    assert "down from 200 km within about 1 days:" in note
+    assert long_runs(ROUND | {"altitude_km": 350.0}, "no drag", 0.1) == []
+
+
 ISS = (
     "1 25544U 98067A   24080.50000000  .00016717  00000-0  10270-3 0  9002",
     "2 25544  51.6400 208.9163 0006317  69.9862  25.2906 15.49560000    05",

@@ -29,6 +29,8 @@ _DRAG_M2_KG = 0.02
 _OFF_MIN, _SHOWS_DAYS = 30.0, 365.25
 #: Loss of height [km] that a run without it would show.
 _LOST_KM = 20.0
+#: Days that any mission lasts at least; heights at which the descent is found.
+_STAYS_DAYS, _HEIGHTS = 14.0, 200
 
 
 def orbit_notes(scenario: Scenario) -> list[str]:
@@ -95,7 +97,8 @@ def _local_time_notes(scenario: Scenario) -> Iterator[str]:
 
 
 def _drag_notes(scenario: Scenario) -> Iterator[str]:
-    """An orbit without drag over so many days that a satellite would descend."""
+    """An orbit without drag over so many days that a satellite would descend, or so low that it
+    would not stay for two weeks."""
     orbit = scenario.orbit
     is_drawn = orbit.drag is not None if isinstance(orbit, Numerical) else isinstance(orbit, Sgp4)
     extent = orbit.extent(scenario.start)
@@ -108,12 +111,27 @@ def _drag_notes(scenario: Scenario) -> Iterator[str]:
     if height_km < LOWEST_KM:  # which has a note of its own
         return
     lost_km = min(_descent_km_s(axis) * scenario.length_s, height_km)
+    days = _days_left(height_km)
+    if lost_km < _LOST_KM and days < _STAYS_DAYS:
+        yield (
+            f"orbit: drag takes a satellite of {0.5 * _DRAG_M2_KG:g} m^2 a kilogram down from "
+            f"{height_km:.4g} km within about {days:.2g} days: {_in_words(orbit)} has no drag"
+        )
     if lost_km >= _LOST_KM:
         lost = "all of its height" if lost_km == height_km else f"about {lost_km:.0f} km"
         yield (
             f"orbit: at a height of {height_km:.4g} km drag would take {lost} from a satellite of "
             f"{0.5 * _DRAG_M2_KG:g} m^2 a kilogram in this run: {_in_words(orbit)} has no drag"
         )
+
+
+def _days_left(height_km: float) -> float:
+    """Days in which drag lowers a circular orbit to the height below which it ends at once."""
+    heights_km = np.linspace(LOWEST_KM, height_km, _HEIGHTS)
+    speeds = [_descent_km_s(EARTH_RADIUS_M + 1e3 * each) for each in heights_km.tolist()]
+    if not all(speeds):
+        return math.inf
+    return float(np.trapezoid(1.0 / np.array(speeds), heights_km)) / DAY_S
 
 
 def _is_of_two_bodies(orbit: AnyOrbit) -> bool:

@@ -36,11 +36,6 @@ class Part(NamedTuple):
     units: np.ndarray
     spread: Spread | None = None
 
-    @property
-    def is_none(self) -> bool:
-        """Whether there is no error at all."""
-        return self.spread is None and not self.mean.any() and not self.units.any()
-
     def plus(self, other: "Part") -> "Part":
         """Both, independent of each other."""
         spreads = [each for each in (self.spread, other.spread) if each is not None]

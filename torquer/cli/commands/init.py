@@ -47,8 +47,8 @@ def init(
     """Write NAME.toml: a commented scenario to start from.
 
     With --like it is a satellite of that size. Inertia, surfaces and residual dipole follow from
-    size and mass, and B-dot has the gain of theory. What the data sheet leaves open varies in a
-    campaign.
+    size and mass, and B-dot has the gain of theory; with --wheels it slews and holds by wheels.
+    What the data sheet leaves open varies in a campaign.
     """
     if listed:
         return _list(json)

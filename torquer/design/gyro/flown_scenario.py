@@ -91,6 +91,11 @@ def _simulation(scenario: Scenario, orbits: float) -> dict:
     return {**own, "revolutions": float(math.ceil(max(orbits, own_orbits)))}
 
 
+def steps_of(scenario: Scenario) -> float:
+    """Steps of a flight."""
+    return scenario.length_s / (scenario.simulation.step_s or scenario.control.sample_s)
+
+
 def campaign_table(scenario: Scenario, tip_off_deg_s: float) -> dict:
     """A table `[campaign]`: any attitude, the tip-off rate about any axis, any place in orbit."""
     uniform = {"uniform": [0.0, 360.0]}

@@ -9,6 +9,7 @@ import numpy as np
 from torquer.analysis.notes.bdot_notes import as_tumbling
 from torquer.base.limits import RequestError
 from torquer.computer.laws.magneto_gyro.law import MagnetoGyro
+from torquer.computer.laws.magneto_gyro.stage_2 import Stage2Gains
 from torquer.design.gyro.answer import GyroDesign
 from torquer.design.gyro.case import GyroCase, make_case
 from torquer.design.gyro.domain import STIFF, dipole_in_stage_2, judge_design
@@ -18,6 +19,7 @@ from torquer.design.gyro.flown_scenario import (
     POINTED_DEG,
     designed_scenario,
     make_campaign,
+    steps_of,
 )
 from torquer.design.gyro.notes import notes_on
 from torquer.design.gyro.reach import (
@@ -84,7 +86,8 @@ def magneto_gyro(
     failure = None
     if fails(made.flights):
         failure = explain_pointing(made, _other_laws(made))
-    return replace(made, verdict=verdict, failure=failure, notes=tuple(notes_on(made)))
+    made = replace(made, verdict=verdict, failure=failure)
+    return replace(made, notes=tuple(notes_on(made)))
 
 
 def _other_laws(made: GyroDesign) -> dict[str, dict]:
@@ -105,6 +108,7 @@ def _other_laws(made: GyroDesign) -> dict[str, dict]:
 def _design(case: GyroCase, request: MagnetoGyroRequest) -> GyroDesign:
     craft, along, form = case.craft, case.along, request.form
     first = _first(case, request)
+    time = _time(case, _law(case, first, None, form), first)  # refused before the long search
     second = _second(case, request)
     better = None
     if not STIFF.holds(craft.stiffness) or second.degree < 0.9 * request.degree:
@@ -114,7 +118,7 @@ def _design(case: GyroCase, request: MagnetoGyroRequest) -> GyroDesign:
     frozen = frozen_2(second.gains, stiffness=h, pitch_inertia=pitch_inertia, b=along.normal)
     law, errors = _law(case, first, second, form), pointing_errors(case, second, form)
     costs = sorted([(second.degree, total_error(errors)), *degree_costs(case, request)])
-    time = _time(case, MagnetoGyro.model_validate(law), first, day)
+    time = time._replace(decay_per_s=day * craft.orbital_rate_rad_s)
     return GyroDesign(
         case, request, first, second, -np.linalg.eigvals(frozen).real.max(), day, errors,
         tuple(costs), find_margins(case, loop), inclinations, altitudes, time, better, law,
@@ -162,11 +166,13 @@ def _second(case: GyroCase, request: MagnetoGyroRequest) -> Stage2Design:
         ) from None
 
 
-def _time(case: GyroCase, law: MagnetoGyro, first: Stage1Design, degree: float) -> TimeToPoint:
+def _time(case: GyroCase, keys: dict, first: Stage1Design) -> TimeToPoint:
+    """The time to point but for that of stage 2: with a degree of 1."""
+    law = MagnetoGyro.model_validate(keys)
     tumbling = as_tumbling(case.scenario, law)
     switch = Hysteresis(math.radians(law.stage_2_angle_deg), law.mean_time_s)
     tip_off = math.radians(case.tip_off_deg_s)
-    time = time_to_point(case.craft, tumbling, first, degree, tip_off, switch)
+    time = time_to_point(case.craft, tumbling, first, 1.0, tip_off, switch)
     if not math.isfinite(time.stage_2_s):
         raise RequestError(
             "control.sample_s",
@@ -186,15 +192,14 @@ def _orbits(case: GyroCase, time: TimeToPoint) -> float:
 
 def _flights_that_fit(scenario: Scenario) -> int:
     """Flights for which the command stays quick."""
-    step_s = scenario.simulation.step_s or scenario.control.sample_s
-    steps = scenario.length_s / step_s
-    return int(min(_FLIGHTS, max(1.0, _MOST_STEPS / steps)))
+    return int(min(_FLIGHTS, max(1.0, _MOST_STEPS / steps_of(scenario))))
 
 
-def _law(case: GyroCase, first: Stage1Design, second: Stage2Design, form: str) -> dict:
-    """The law's keys, as in a scenario."""
+def _law(case: GyroCase, first: Stage1Design, second: Stage2Design | None, form: str) -> dict:
+    """The law's keys, as in a scenario; stage 2 without gains before it is designed."""
     scenario, craft = case.scenario, case.craft
-    g = [float(f"{x:.5g}") for x in second.gains]
+    gains = [0.0] * len(Stage2Gains._fields) if second is None else second.gains
+    g = [float(f"{x:.5g}") for x in gains]
     keys = {
         "kind": "magneto_gyro",
         "inertia_kg_m2": np.array(scenario.spacecraft.body.inertia).tolist(),

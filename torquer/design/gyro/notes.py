@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 
+from torquer.design.failure import RUNS
 from torquer.design.gyro.answer import GyroDesign
-from torquer.design.gyro.flown_scenario import EXACT_DEG
+from torquer.design.gyro.flown_scenario import EXACT_DEG, steps_of
 
 #: Orbits of braking and turning beyond which the coils are called weak.
 _LONG = 20.0
@@ -16,7 +17,18 @@ _NEAR = 0.1
 def notes_on(made: GyroDesign) -> list[str]:
     """What the user should know."""
     flown = made.flights.notes if made.flights else ()
-    return [*flown, *made.case.notes, *_on_wheel(made), *_on_orbit(made), *_on_coils(made)]
+    own = *_on_wheel(made), *_on_orbit(made), *_on_coils(made), *_on_search(made)
+    return [*flown, *made.case.notes, *own]
+
+
+def _on_search(made: GyroDesign) -> list[str]:
+    """Where flights are too long to look for what would work."""
+    if made.failure is None or made.failure.flown.runs >= RUNS:
+        return []
+    return [
+        f"a flight takes {steps_of(made.scenario):.2g} steps: causes were flown with "
+        f"{made.failure.flown.runs} starts, and no satellite that would point was looked for"
+    ]
 
 
 def _on_wheel(made: GyroDesign) -> list[str]:

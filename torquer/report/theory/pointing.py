@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator
 
 from torquer.design.pointing_answer import BudgetLine, PointingBudget
 from torquer.report.common.colours import BLUE, ORANGE
@@ -20,6 +21,8 @@ _DECADES = 5.0
 _ROW, _EDGE = 0.3, 0.75
 #: An axis begins at this part of its greatest value at most, so that it has more than one tick.
 _LEAST_SHOWN = 0.05
+#: Ratio of an axis' ends below which its decades are too few to read it by.
+_FEW_DECADES = 300.0
 
 
 def draw_pointing(budget: PointingBudget) -> Figure:
@@ -55,6 +58,15 @@ def _sizes(line: BudgetLine, kind: str) -> tuple[float, float]:
     return math.degrees(predicted), math.degrees(flown)
 
 
+def _set_ticks(axes) -> None:
+    """Numbers at the decades, of a few decades at 2 and 5 of each too: others overlap."""
+    low, high = axes.get_xlim()
+    subs = (1.0, 2.0, 5.0) if high < _FEW_DECADES * low else (1.0,)
+    axes.xaxis.set_major_locator(LogLocator(subs=subs))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
+    axes.xaxis.set_minor_formatter("")
+
+
 def _draw_bars(axes, kind: str, lines: list[BudgetLine]) -> None:
     places, sizes = np.arange(len(lines)), np.array([_sizes(line, kind) for line in lines])
     pairs = [("predicted", BLUE, -0.19), ("flown", ORANGE, 0.19)]
@@ -66,6 +78,7 @@ def _draw_bars(axes, kind: str, lines: list[BudgetLine]) -> None:
     if floor is not None:
         axes.set_xscale("log")
         axes.set_xlim(min(0.7 * floor, _LEAST_SHOWN * float(sizes.max())), None)
+        _set_ticks(axes)
     axes.set_yticks(places, [line.cause.label for line in lines], fontsize=9)
     axes.invert_yaxis()
     axes.grid(False, axis="y")

@@ -8,6 +8,7 @@ import numpy as np
 from torquer.compile.arguments import Arguments
 from torquer.compile.lanes import LANES
 from torquer.computer.computer import Computer, estimates
+from torquer.computer.interface import PLACES
 from torquer.scenario.spec import Scenario
 from torquer.simulation.lanes.laws import CELLS_AT, law_in_lanes
 from torquer.simulation.lanes.packing import Packed, pack_member
@@ -43,12 +44,14 @@ Take = Callable[[slice, int, np.ndarray], bool | None]
 class Kept(NamedTuple):
     """What is recorded of members beside their motion.
 
-    `memory`: cells of the memory of laws and estimators; `cells`: names of `CELLS`; `wheels`:
-    whether the momentum of each wheel. It follows the motion in this order.
+    `memory`: cells of the memory of laws and estimators; `cells`: names of `CELLS`; `known`: names
+    of `KNOWN`, of computers with laws alone; `wheels`: whether the momentum of each wheel. It
+    follows the motion in this order.
     """
 
     memory: tuple[int, ...] = ()
     cells: tuple[str, ...] = ()
+    known: tuple[str, ...] = ()
     wheels: bool = False
 
 
@@ -161,7 +164,10 @@ class Lanes:
         memory_at = self.packed.parameters_at + len(self.run.state.board.parameters)
         memory = [-1 - k if self._one_by_one else memory_at + k for k in kept.memory]
         cells = [CELLS_AT + CELLS.names.index(name) for name in kept.cells]
-        return np.array(memory + cells, np.int64)
+        if kept.known and self._one_by_one:
+            raise ValueError("known: must be left out where computers work one by one")
+        known = [PLACES[name].start for name in kept.known]  # what is known comes first in a lane
+        return np.array(memory + cells + known, np.int64)
 
     def _computer(self, computer: Computer) -> Computer:
         """The computer with the laws for lanes, and the places of their cells there."""
