@@ -132,8 +132,13 @@ def _keys(mistake: Any, data) -> tuple[tuple, tuple | None, str]:
 
 def _strangeness(mistakes: list) -> tuple[int, int]:
     """How far a value is from a member of a union: the nearest one is explained."""
-    strange = sum(mistake["type"] in _OTHER_KIND for _, mistake in mistakes)
+    strange = sum(_is_of_other_kind(mistake) for _, mistake in mistakes)
     return len(mistakes), strange
+
+
+def _is_of_other_kind(mistake: dict) -> bool:
+    is_no_word = mistake["type"] == "literal_error" and not isinstance(mistake["input"], str)
+    return is_no_word or mistake["type"] in _OTHER_KIND
 
 
 def key_name(keys: tuple, whole: str = "scenario") -> str:
@@ -166,7 +171,8 @@ def _line(keys: tuple, mistake: dict, spec: type[BaseModel], whole: str) -> str:
     if kind == "too_short":
         return f"{key}: must have {context['min_length']} or more values; received {received}"
     if kind == "too_long":
-        return f"{key}: must have {context['max_length']} values; received {received}"
+        most = "at most " if _varies(spec, mistake["loc"]) else ""
+        return f"{key}: must have {most}{context['max_length']} values; received {received}"
     if kind in ("union_tag_not_found", "union_tag_invalid"):
         given = mistake["input"].get("kind")
         received = "nothing" if given is None else quote(given)
@@ -183,6 +189,13 @@ def _kinds_at(spec: type[BaseModel], loc: tuple) -> list[str]:
     tables = [each for each in _types_at(spec, loc) if _is_table(each)]
     in_files = [each for each in tables if getattr(each, "in_files", True)]
     return list(dict.fromkeys(kind for each in in_files for kind in _kinds(each)))
+
+
+def _varies(spec: type[BaseModel], loc: tuple) -> bool:
+    """Whether the lists that a place may hold have no length of their own."""
+    lists = [each for each in _types_at(spec, loc) if get_origin(each) in (tuple, list)]
+    return bool(lists) and all(get_args(each)[-1] is Ellipsis or get_origin(each) is list
+                               for each in lists)  # fmt: skip
 
 
 def _own_line(keys: tuple, text: str, whole: str) -> str:

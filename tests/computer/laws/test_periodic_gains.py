@@ -62,7 +62,7 @@ def test_the_argument_of_latitude_counts_from_the_ascending_node():
     [
         ([ONE], [ONE] * 3, "must have as many matrices as rate_gains_n_m_s_per_t2.* 3 and 1"),
         ([ONE] * 2, [ONE] * 2, "an odd number .* received 2 and 2"),
-        ([], [], "at least 1 item"),
+        ([], [], "must have 1 or more values"),
         ([[[1.0, 2.0], [3.0, 4.0]]], [ONE], "rate_gains_n_m_s_per_t2"),
     ],
 )

@@ -186,7 +186,7 @@ def test_compiled_and_plain_code_agree():
         ({"noise_deg": -1.0}, "greater than or equal to 0"),
         ({"quantum_deg": -1.0}, "greater than or equal to 0"),
         ({"quantum_deg": 90.0}, "less than 90"),
-        ({"quantum_deg": 1e-13}, "should be at least 1e-12"),
+        ({"quantum_deg": 1e-13}, "must be at least 1e-12"),
         ({"bias_deg": (0.0, 0.0, float("nan"))}, "must be finite"),
         ({"delay_s": 1.0}, "sample_s: must be given with delay_s; received none"),
         ({"axis": (0.0, 0.0, 1.0)}, "must be a known key"),
