@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from torquer.analysis.filters.smoothing import smooth_run as smooth_run
     from torquer.analysis.summary import summarise as summarise, summary_rows as summary_rows
     from torquer.analysis.table import to_dataframe as to_dataframe, write_table as write_table
+    from torquer.base.explain import ScenarioError as ScenarioError
     from torquer.campaign.fly import fly_campaign as fly_campaign
     from torquer.campaign.load import load_campaign as load_campaign
     from torquer.campaign.parts import join_parts as join_parts
@@ -64,7 +65,6 @@ if TYPE_CHECKING:
         resume as resume,
         simulate as simulate,
     )
-    from torquer.scenario.explain import ScenarioError as ScenarioError
     from torquer.scenario.load import (
         load_scenario as load_scenario,
         scenario_from_text as scenario_from_text,

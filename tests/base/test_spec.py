@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pydantic import ValidationError
 from slow_cases import slow_after
 
+from torquer.base.explain import ScenarioError
 from torquer.base.spec import as_data, check_spec
 from torquer.computer.laws import Bdot
 from torquer.scenario.change import value_at, with_values
@@ -20,10 +20,10 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 def lines(call) -> list:
-    """What pydantic says of a mistake: place, type, message."""
-    with pytest.raises(ValidationError) as caught:
+    """What is said of a mistake, a line each."""
+    with pytest.raises(ScenarioError) as caught:
         call()
-    return [(e["loc"], e["type"], e["msg"]) for e in caught.value.errors()]
+    return str(caught.value).split("\n")
 
 
 @pytest.mark.parametrize(
@@ -58,10 +58,10 @@ def test_specs_within_a_change_are_checked_however_they_were_made():
     control = Control(law=Bdot(kind="bdot", gain_a_m2_s_per_t=1e5))
     bad = Bdot.model_construct(kind="bdot", gain_a_m2_s_per_t=-1.0)
     (mistake,) = lines(lambda: control.model_copy(update={"law": bad}))
-    assert mistake[0] == ("law", "bdot", "gain_a_m2_s_per_t")
+    assert mistake.startswith("law.gain_a_m2_s_per_t: must be ")
     empty = Bdot.model_construct(kind="bdot")
     (mistake,) = lines(lambda: control.model_copy(update={"law": empty}))
-    assert mistake[1] == "missing"
+    assert mistake == "law.gain_a_m2_s_per_t: must be given; received nothing"
     good = Bdot(kind="bdot", gain_a_m2_s_per_t=2e5)
     assert control.model_copy(update={"law": good}).law == good
 
@@ -79,7 +79,7 @@ def test_a_deep_copy_shares_nothing():
 def test_the_whole_of_a_scenario_is_checked_in_a_copy(make):
     scenario = make()
     longer = scenario.simulation.model_copy(update={"step_s": 7.0})
-    with pytest.raises(ValidationError, match="must be a whole multiple of step_s = 7 s"):
+    with pytest.raises(ValueError, match="must be a whole multiple of step_s = 7 s"):
         scenario.model_copy(update={"simulation": longer})
 
 
@@ -156,12 +156,12 @@ def test_checked_again_a_scenario_is_the_same(make, changes):
 def test_simulate_flies_checked_scenarios_only(make):
     scenario = make()
     made = type(scenario).model_construct(**scenario.__dict__ | {"seed": -1})
-    with pytest.raises(ValidationError, match="greater than or equal to 0"):
+    with pytest.raises(ValueError, match="greater than or equal to 0"):
         simulate(made)
     object.__setattr__(scenario.simulation, "step_s", -1.0)
-    with pytest.raises(ValidationError, match="greater than 0"):
+    with pytest.raises(ValueError, match="greater than 0"):
         simulate(scenario)
     scenario = make()
     scenario.orbit.__dict__["altitude_km"] = float("nan")
-    with pytest.raises(ValidationError, match="finite number"):
+    with pytest.raises(ValueError, match="must be finite"):
         simulate(scenario)

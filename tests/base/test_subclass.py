@@ -1,13 +1,12 @@
 """A subclass of the user's own is refused wherever it is given: as data it would be its base."""
 
 import pytest
-from pydantic import ValidationError
 
+from torquer.base.explain import ScenarioError
 from torquer.base.spec import Spec, as_data, check_spec
 from torquer.environment.along_orbit import Environment
 from torquer.environment.field import FIELDS
 from torquer.environment.orbit import Circular
-from torquer.scenario.explain import ScenarioError
 from torquer.scenario.load import scenario_from_text
 from torquer.scenario.spec import Scenario
 from torquer.spacecraft.actuators.coils import Coils
@@ -59,9 +58,9 @@ def test_it_is_refused_within_a_table_that_is_replaced(key):
     table, _, last = key.rpartition(".")
     scenario = scenario_from_text(TEXT)
     if table:
-        with pytest.raises((ScenarioError, ValidationError), match="a subclass of"):
+        with pytest.raises(ScenarioError, match="a subclass of"):
             getattr(scenario, table).model_copy(update={last: value})
-    with pytest.raises(ValidationError, match="a subclass of"):
+    with pytest.raises(ValueError, match="a subclass of"):
         scenario.model_copy(update={"orbit": GIVEN["orbit"][0]})
 
 
@@ -69,11 +68,11 @@ def test_constructors_refuse_it():
     scenario = scenario_from_text(TEXT)
     parts = {name: getattr(scenario, name) for name in scenario.model_fields_set}
     assert Scenario(**parts) == scenario
-    with pytest.raises(ValidationError, match="OwnOrbit, a subclass of Circular"):
+    with pytest.raises(ValueError, match="OwnOrbit, a subclass of Circular"):
         Scenario(**{**parts, "orbit": GIVEN["orbit"][0]})
-    with pytest.raises(ValidationError, match="OwnField, a subclass of Igrf14"):
+    with pytest.raises(ValueError, match="OwnField, a subclass of Igrf14"):
         Environment(field=OwnField())
-    with pytest.raises(ValidationError, match="OwnField, a subclass of Igrf14"):
+    with pytest.raises(ValueError, match="OwnField, a subclass of Igrf14"):
         check_spec(OwnField())
     assert as_data(FIELDS["igrf14"]())["kind"] == "igrf14"
 

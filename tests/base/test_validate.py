@@ -8,6 +8,7 @@ from pydantic import Field, ValidationError
 from scipy.spatial.transform import Rotation
 
 from torquer.base import validate
+from torquer.base.explain import ScenarioError
 from torquer.base.spec import Inertia, Moments, Spec, Vector
 
 
@@ -189,7 +190,7 @@ class Ranged(Spec):
 )
 def test_what_is_out_of_range_is_reported(keys, expected):
     for spec, data in ((Ranged, keys), (Within, {"ranged": keys}), (Within, {"all": [keys]})):
-        with pytest.raises(ValidationError, match=expected):
+        with pytest.raises(ValueError, match=expected):
             spec.model_validate(data)
 
 
@@ -228,27 +229,27 @@ class Whole(Spec):
 def test_specs_are_frozen_and_compare_by_value():
     thing = Thing(length_m=2)
     assert thing == Thing(length_m=2.0, axis=(0, 0, 1))
-    with pytest.raises(ValidationError, match="frozen"):
+    with pytest.raises(ValueError, match="must stay as it is"):
         thing.length_m = 3.0
 
 
 @pytest.mark.parametrize(
     ("keys", "expected"),
     [
-        ({"length_m": float("nan")}, "finite number"),
-        ({"length_m": float("inf")}, "finite number"),
-        ({"length_m": 1.0, "axis": (0.0, 0.0, float("inf"))}, "finite number"),
+        ({"length_m": float("nan")}, "must be finite"),
+        ({"length_m": float("inf")}, "must be finite"),
+        ({"length_m": 1.0, "axis": (0.0, 0.0, float("inf"))}, "must be finite"),
         ({"length_m": 1.0, "axis": (0.0, 1.0)}, "axis"),
-        ({"length_m": 1.0, "width_m": 1.0}, "Extra inputs are not permitted"),
-        ({"length_m": "long"}, "valid number"),
-        ({"length_m": 1.0, "count": 1.5}, "valid integer"),
+        ({"length_m": 1.0, "width_m": 1.0}, "must be a known key"),
+        ({"length_m": "long"}, "must be a number"),
+        ({"length_m": 1.0, "count": 1.5}, "must be a whole number"),
         ({"length_m": 1.0, "count": -1}, "greater than or equal to 0"),
         ({"length_m": 1.0, "gain": 0}, "greater than 0"),
-        ({}, "Field required"),
+        ({}, "must be given; received nothing"),
     ],
 )
 def test_specs_tell_what_is_wrong(keys, expected):
-    with pytest.raises(ValidationError, match=expected):
+    with pytest.raises(ValueError, match=expected):
         Thing(**keys)
 
 
@@ -278,7 +279,7 @@ def test_truth_and_text_are_no_numbers(build, places, value):
 
 def test_truth_and_text_are_no_numbers_of_a_union_either():
     for value in (True, "5", (1.0, "5"), (1.0, False)):
-        with pytest.raises(ValidationError):
+        with pytest.raises(ScenarioError, match="scale"):
             Thing(length_m=1.0, scale=value)
     assert Thing(length_m=1.0, scale=2).scale == 2.0
     assert Thing(length_m=1.0, scale=[1, 2.5]).scale == (1.0, 2.5)
@@ -287,10 +288,8 @@ def test_truth_and_text_are_no_numbers_of_a_union_either():
 @pytest.mark.parametrize("value", ["yes", "true", "on", 1, 0, 1.0, b"1", None, [True]])
 def test_only_true_and_false_are_truth_values(value):
     for keys in ({"on": value}, {"ons": {"k": value}}):
-        with pytest.raises(ValidationError) as caught:
+        with pytest.raises(ScenarioError, match=r"must be true or false; received .*$"):
             Thing(length_m=1.0, **keys)
-        (error,) = caught.value.errors()
-        assert (error["type"], error["msg"]) == ("bool_type", "Input should be a valid boolean")
     for true in (True, np.True_):
         thing = Thing(length_m=1.0, on=true, ons={"k": False})
         assert (thing.on, thing.ons) == (True, {"k": False})
@@ -327,9 +326,9 @@ def test_inertia_is_kept_as_a_tensor_and_moments_as_three():
 )
 def test_what_no_body_can_have(value, expected):
     for keys in ({"inertia_kg_m2": value}, {"inertia_kg_m2": (1, 1, 1), "principal": value}):
-        with pytest.raises(ValidationError, match=f"inertia_kg_m2: {expected}"):
+        with pytest.raises(ValueError, match=f"inertia_kg_m2: {expected}"):
             Heavy(**keys)
-    with pytest.raises(ValidationError, match="must be symmetric"):
+    with pytest.raises(ValueError, match="must be symmetric"):
         Heavy(inertia_kg_m2=((1.0, 0.1, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
 
 

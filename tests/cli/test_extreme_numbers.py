@@ -16,9 +16,9 @@ from slow_cases import slow_after
 import torquer
 from torquer.analysis.notes.notes import write_notes
 from torquer.analysis.summary import summarise
+from torquer.base.explain import ScenarioError
 from torquer.compile import engine
 from torquer.design.wheel_file import load_wheels, wheels_from_text
-from torquer.scenario.explain import ScenarioError
 from torquer.scenario.load import load_scenario, scenario_from_data
 from torquer.simulation.setup.simulate import RunStopped, simulate
 from torquer.simulation.setup.usable import check_usable

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from torquer.base.explain import ScenarioError
 from torquer.design.wheel_file import load_wheels, wheels_from_text
-from torquer.scenario.explain import ScenarioError
 from torquer.spacecraft.wheel_array import layout
 from torquer.spacecraft.wheel_array.presets import LAYOUTS
 

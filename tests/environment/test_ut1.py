@@ -3,7 +3,6 @@
 import erfa
 import numpy as np
 import pytest
-from pydantic import ValidationError
 from skyfield.api import EarthSatellite, load, wgs84
 from skyfield.framelib import itrs
 
@@ -135,5 +134,5 @@ def test_the_bulge_of_the_air_stays_under_the_sun():
 
 @pytest.mark.parametrize("value", [-0.91, 0.95, 3.0])
 def test_ut1_stays_within_nine_tenths_of_a_second(value):
-    with pytest.raises(ValidationError, match="ut1_minus_utc_s"):
+    with pytest.raises(ValueError, match="ut1_minus_utc_s"):
         Environment(ut1_minus_utc_s=value)

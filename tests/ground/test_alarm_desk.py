@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from archived import WrittenAtOnce
 
+from torquer.base.explain import ScenarioError
 from torquer.base.limits import RequestError
 from torquer.computer.names import Names
 from torquer.flight.packets.dictionary import load_dictionary
@@ -17,7 +18,6 @@ from torquer.ground.archive import AUTHENTIC, SUSPECT, Row, read_only
 from torquer.ground.file import SatelliteTable, make_satellite
 from torquer.ground.limits import Limits
 from torquer.ground.violations import stored_violations
-from torquer.scenario.explain import ScenarioError
 
 BAD_ALARM = 'alarm = { values = { BAD = "alarm" } }'
 ANY_WARNING = 'alarm = { values = { hot = "alarm", any = "warning" } }'

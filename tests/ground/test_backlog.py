@@ -2,13 +2,13 @@
 
 import pytest
 
+from torquer.base.explain import ScenarioError
 from torquer.flight.packets.frames import Downlink
 from torquer.flight.packets.protected import TelemetrySender
 from torquer.flight.packets.pus import ApplicationProcess
 from torquer.flight.packets.software_file import load_link
 from torquer.ground.backlog import DownlinkTable, air_bytes, downlinked, most_packets, packet_bytes
 from torquer.ground.file import SatelliteTable, load_ground, make_satellite
-from torquer.scenario.explain import ScenarioError
 
 LINKS = {kind: load_link({"link": kind}) for kind in ("historical", "protected", "pus")}
 LINK = LINKS["historical"]

@@ -6,6 +6,7 @@ from contextlib import closing
 import pytest
 from archived import commands_on
 
+from torquer.base.explain import ScenarioError
 from torquer.computer.names import Names
 from torquer.flight.packets.commands import Sent
 from torquer.flight.packets.dictionary import load_dictionary
@@ -20,7 +21,6 @@ from torquer.ground.commands import (
     last_commands,
     list_commands,
 )
-from torquer.scenario.explain import ScenarioError
 
 CHIBIS = load_dictionary("chibis_m")
 NAMES = Names({"modes": (0, {"idle": 0, "science": 1})}, ("low",), {"bdot.gain": (0, 1)}, {}, ())

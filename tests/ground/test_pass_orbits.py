@@ -1,13 +1,12 @@
 """The orbit by which passes are predicted: files of elements, scenarios, their age."""
 
 import pytest
-from pydantic import ValidationError
 from station_skies import CHIBIS, HOUR_MS, START_MS, TARUSA
 
+from torquer.base.explain import ScenarioError
 from torquer.ground.elements import orbit_from_file, orbit_of
 from torquer.ground.file import SatelliteTable, load_ground
 from torquer.ground.passes import find_passes, ms_of
-from torquer.scenario.explain import ScenarioError
 from torquer.scenario.load import load_scenario
 
 LINK = "udp:127.0.0.1:10315"
@@ -138,5 +137,5 @@ def test_a_wrong_station_gets_one_line(tmp_path, text, message):
 
 @pytest.mark.parametrize("keys", [{"downlink_hz": 0.0}, {"uplink_hz": -1.0}])
 def test_frequencies_are_positive(keys):
-    with pytest.raises(ValidationError):
+    with pytest.raises(ScenarioError, match="link_hz: must be greater than 0"):
         SatelliteTable(link=LINK, **keys)

@@ -7,10 +7,10 @@ import math
 import pytest
 from made_archive import CHIBIS, archive_of, row
 
+from torquer.base.explain import ScenarioError, validate_tables
 from torquer.ground import selection as selections
 from torquer.ground.export import export_archive
 from torquer.ground.selection import Selected, check_selection, file_name, selection
-from torquer.scenario.explain import ScenarioError, validate_tables
 
 EXTENDED = CHIBIS.down["extended"]
 ROWS = 1000

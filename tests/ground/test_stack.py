@@ -5,6 +5,7 @@ from contextlib import closing
 import pytest
 from archived import WrittenAtOnce, commands_on
 
+from torquer.base.explain import ScenarioError
 from torquer.computer.names import Names
 from torquer.flight.packets.dictionary import load_dictionary
 from torquer.flight.packets.frames import Stream
@@ -20,7 +21,6 @@ from torquer.ground.stack_file import (
     check_stack,
     read_stack,
 )
-from torquer.scenario.explain import ScenarioError
 
 CHIBIS = load_dictionary("chibis_m")
 SILENT = CHIBIS.model_copy(

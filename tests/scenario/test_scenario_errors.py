@@ -81,7 +81,7 @@ CASES = [
      "initial.quaternion: either it or euler_deg must be given; received both, euler_deg = "
      "[90.0, 0.0, 0.0]"),
     ({"control.law.kind": 3},
-     f"control.law.kind: must be one of {', '.join(BUILT_IN)}, scheme, user; received 3"),
+     f"control.law.kind: must be one of {', '.join(BUILT_IN)}, user, scheme; received 3"),
     ({"control": {"laws": {"field": {"kind": "scheme"}}}},
      f"control.laws.field.kind: must be one of {', '.join(LAWS)}; received 'scheme'"),
     ({"control.estimator": {"kind": "kalman"}},

@@ -22,6 +22,7 @@ from own_parts import (
 
 import torquer
 from torquer.analysis.budget import budget_along_run
+from torquer.base.explain import ScenarioError
 from torquer.base.user_code import admit
 from torquer.campaign.fly import fly_campaign
 from torquer.campaign.load import campaign_from_data
@@ -29,7 +30,6 @@ from torquer.cli.loading import check_code, find_code
 from torquer.cli.options import CodeOptions
 from torquer.compile import engine
 from torquer.environment.field import FIELDS
-from torquer.scenario.explain import ScenarioError
 from torquer.simulation.results.file import load, save
 from torquer.simulation.setup.simulate import RunStopped, resume, simulate
 

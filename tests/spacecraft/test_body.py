@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
-from pydantic import ValidationError
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
@@ -41,13 +40,13 @@ def turned(moments, seed):
             r"\(triangle inequality\); received 1, 1, 2.1 kg m\^2",
         ),
         (turned((1.0, 1.0, 2.1), 1).tolist(), "triangle inequality"),
-        ((1.0, float("nan"), 1.0), "finite number"),
-        ((1.0, float("inf"), 1.0), "finite number"),
-        ((1.0, 2.0), "at least 3 items|Field required|missing"),
+        ((1.0, float("nan"), 1.0), "must be finite"),
+        ((1.0, float("inf"), 1.0), "must be finite"),
+        ((1.0, 2.0), "must have 3 values"),
     ],
 )
 def test_unphysical_inertia_is_reported_in_words(inertia, expected):
-    with pytest.raises(ValidationError, match=expected):
+    with pytest.raises(ValueError, match=expected):
         Body(inertia_kg_m2=inertia)
 
 
@@ -57,17 +56,17 @@ def test_unphysical_inertia_is_reported_in_words(inertia, expected):
         ("mass_kg", 0.0, "greater than 0"),
         ("mass_kg", -3.0, "greater than 0"),
         ("wheel_momentum_n_m_s", (0.0, 1.0), "wheel_momentum_n_m_s"),
-        ("wheel_momentum_n_m_s", (0.0, 1.0, float("inf")), "finite number"),
+        ("wheel_momentum_n_m_s", (0.0, 1.0, float("inf")), "must be finite"),
         (
             "wheel_momentum_n_m_s",
             (0.0, 2e4, 0.0),
             r"wheel_momentum_n_m_s: must be at most 1.75e\+04 N m s for this inertia",
         ),
-        ("colour", "red", "Extra inputs are not permitted"),
+        ("colour", "red", "must be a known key"),
     ],
 )
 def test_other_keys_are_checked(key, value, expected):
-    with pytest.raises(ValidationError, match=expected):
+    with pytest.raises(ValueError, match=expected):
         Body(**{"inertia_kg_m2": (1.0, 1.2, 1.4), key: value})
 
 
@@ -81,7 +80,7 @@ def test_the_limits_of_physical_are_physical():
 def test_a_body_is_frozen_and_survives_json():
     body = Body(inertia_kg_m2=FULL, wheel_momentum_n_m_s=(0.1, 0.2, 0.3), mass_kg=40.0)
     assert Body.model_validate_json(body.model_dump_json()) == body
-    with pytest.raises(ValidationError, match="frozen"):
+    with pytest.raises(ValueError, match="must stay as it is"):
         body.mass_kg = 1.0
 
 

@@ -8,8 +8,8 @@ from collections.abc import Iterable
 import numpy as np
 
 from torquer.analysis.causes import COUNTED_ON, GROUPS, Cause, acting_causes, causes_of
+from torquer.base.explain import ScenarioError
 from torquer.scenario.change import with_values
-from torquer.scenario.explain import ScenarioError
 from torquer.scenario.spec import Scenario
 
 

@@ -8,15 +8,23 @@ import copy
 import functools
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, NamedTuple, Self, TypeVar, get_args
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple, Self, TypeVar, get_args
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, GetCoreSchemaHandler
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    ValidationError,
+)
 from pydantic_core import CoreSchema, PydanticCustomError
 from pydantic_core.core_schema import no_info_before_validator_function
 
 from torquer.base import validate
 from torquer.base.columns import unstacked
+from torquer.base.explain import ScenarioError, explain, quote, validate_tables
 from torquer.base.validate import out_of_range, quantity_range
 
 
@@ -180,10 +188,30 @@ class Spec(BaseModel):
     A number must lie in the range of its quantity, which the key's unit names
     (`validate.RANGES`): no satellite lies beyond it, and floats would soon overflow.
     Text and booleans are not numbers, and only true and false are booleans; a whole number may
-    stand for any number, and 5.0 for 5.
+    stand for any number, and 5.0 for 5. A mistake is a `ScenarioError`, a line for each.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
+    #: Whether a file may name it: what is given in Python alone is not offered as a kind.
+    in_files: ClassVar[bool] = True
+
+    if not TYPE_CHECKING:  # so that checkers and editors keep the keys of each spec
+
+        def __init__(self, /, **keys):
+            try:
+                super().__init__(**keys)
+            except ValidationError as error:
+                lines = explain(error, keys, type(self), type(self).__name__)
+                raise ScenarioError("\n".join(lines)) from None
+
+        # pydantic then makes the specs within a spec itself, at the speed of compiled code
+        __init__.__pydantic_base_init__ = True
+
+        def __setattr__(self, name, value):
+            raise ScenarioError(
+                f"{name}: must stay as it is: only a copy can have another, "
+                f"model_copy(update={{{name!r}: ...}}); received {quote(value)}"
+            )
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source, handler: GetCoreSchemaHandler) -> CoreSchema:
@@ -194,7 +222,7 @@ class Spec(BaseModel):
         return no_info_before_validator_function(is_own_class, schema, ref=ref)
 
     def model_copy(self, *, update: Mapping | None = None, deep: bool = False) -> Self:
-        """A copy with some keys changed, checked as on creation (`ValidationError`).
+        """A copy with some keys changed, checked as on creation (`ScenarioError`).
 
         A spec within the changes is checked again, however it was made.
         """
@@ -202,7 +230,7 @@ class Spec(BaseModel):
             return super().model_copy(deep=deep)
         kept = {name: getattr(self, name) for name in self.model_fields_set}
         values = {**(copy.deepcopy(kept) if deep else kept), **as_data(dict(update))}
-        return type(self).model_validate(values)
+        return type(self)(**values)
 
 
 def by_kind(union) -> dict[str, type[Any]]:
@@ -252,4 +280,4 @@ AnySpec = TypeVar("AnySpec", bound=Spec)
 
 def check_spec(spec: AnySpec) -> AnySpec:
     """The spec, checked again: it may have been changed or made behind pydantic's back."""
-    return type(spec).model_validate(as_data(spec))
+    return validate_tables(type(spec), as_data(spec))

@@ -4,10 +4,10 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
+from torquer.base.explain import key_name
 from torquer.base.spec import Spec
 from torquer.base.user_code import OwnFile, admit, own_files
 from torquer.campaign.spec import Campaign
-from torquer.scenario.explain import key_name
 from torquer.scenario.load import whole_path
 
 #: The key of a law's file; no other key of a scenario names a file.

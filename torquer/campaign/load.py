@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from torquer.base.explain import key_name, validate_tables
 from torquer.base.user_code import OwnFile, admit, own_files
 from torquer.campaign.files import CampaignFile, admit_draws, own_draws, with_whole_paths
 from torquer.campaign.outcomes import check_outcomes
@@ -16,7 +17,6 @@ from torquer.campaign.table import read_table, telling_rows
 from torquer.campaign.unit_numbers import unit_numbers
 from torquer.campaign.variation import ATTITUDE, Variation
 from torquer.scenario.change import with_values
-from torquer.scenario.explain import key_name, validate_tables
 from torquer.scenario.held import held_attitudes
 from torquer.scenario.load import (
     ScenarioError,

@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.base.explain import suggestion
 from torquer.campaign.outcomes import log_names
 from torquer.campaign.spec import Campaign
-from torquer.scenario.explain import suggestion
 from torquer.simulation.lanes.packing import Packed
 from torquer.simulation.loop.state import Record
 from torquer.simulation.results.momenta import Carried

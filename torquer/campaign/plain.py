@@ -4,8 +4,8 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from torquer.base.explain import suggestion
 from torquer.campaign.variation import Variation
-from torquer.scenario.explain import suggestion
 
 
 def completed(data):

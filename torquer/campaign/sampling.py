@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from torquer.base.explain import ScenarioError, key_name
 from torquer.base.validate import finite
 from torquer.campaign.changes import CHANGES
 from torquer.campaign.own_draws import RefusedDraw
@@ -19,7 +20,6 @@ from torquer.campaign.unit_numbers import (
 )
 from torquer.campaign.variation import ATTITUDE, Correlated, Variation, as_numbers
 from torquer.scenario.change import value_at, with_values
-from torquer.scenario.explain import ScenarioError, key_name
 from torquer.scenario.spec import Scenario
 
 #: What members have at a key: numbers [n], vectors [n, k], or other values.

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
+from torquer.base.explain import ScenarioError
 from torquer.campaign.variation import ATTITUDE
 from torquer.environment.orbit.files.csv_rows import table_rows
 from torquer.environment.orbit.files.naming import first_line
-from torquer.scenario.explain import ScenarioError
 from torquer.scenario.toml_text import read_text
 
 #: Samplings whose members differ by design, in every key.

@@ -10,9 +10,9 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from torquer.base.conventions import EARTH_RADIUS_M
+from torquer.base.explain import validate_tables
 from torquer.base.spec import Spec, Vector
 from torquer.environment.orbit.kepler import FARTHEST_KM, mean_motion
-from torquer.scenario.explain import validate_tables
 from torquer.scenario.load import (
     ScenarioError,
     name_after,

@@ -12,6 +12,7 @@ from typing import Annotated, Any, NamedTuple
 
 from pydantic import Field
 
+from torquer.base.explain import ScenarioError
 from torquer.base.spec import Spec
 from torquer.flight.packets.dictionary import Dictionary, Name
 from torquer.flight.packets.frames import HEADER_BYTES, Downlink
@@ -19,7 +20,6 @@ from torquer.flight.packets.protected import encapsulated_bytes, telemetry_bytes
 from torquer.flight.packets.pus import ApplicationProcess
 from torquer.flight.packets.software_file import SpaceLink
 from torquer.flight.packets.space_packets import PRIMARY_BYTES
-from torquer.scenario.explain import ScenarioError
 
 #: Settings of module `tm` with the periods of its packets.
 _SETTINGS = {"beacon": "beacon_s", "extended": "extended_s", "stored": "store_s"}

@@ -22,6 +22,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from torquer.base.explain import ScenarioError
 from torquer.base.time import utc_text
 from torquer.computer.names import Names
 from torquer.flight.packets.commands import ANSWERS, Sent, command_numbers
@@ -38,7 +39,6 @@ from torquer.ground.command_states import (
     UNANSWERED,
     WAITING,
 )
-from torquer.scenario.explain import ScenarioError
 
 #: Time after which an answer is no longer waited for [ms]; of a delayed command, after its
 #: execution time by the satellite's clock.

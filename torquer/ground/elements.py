@@ -60,9 +60,9 @@ def orbit_from_file(path: Path | str, time_ms: int, called: str | None = None) -
 
     `called`: name or catalogue number, in a file of several. ValueError with one line.
     """
+    from torquer.base.explain import ScenarioError, validate_tables
     from torquer.environment.along_orbit import Environment, OrbitEnvironment
     from torquer.environment.orbit import FileOrbit
-    from torquer.scenario.explain import ScenarioError, validate_tables
 
     given = {"kind": "file", "file": Path(path)} | ({"satellite": called} if called else {})
     start = datetime.fromtimestamp(time_ms / 1e3, UTC)

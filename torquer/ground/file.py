@@ -24,13 +24,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from pydantic import Field
 
+from torquer.base.explain import ScenarioError, validate_tables
 from torquer.base.spec import Spec
 from torquer.computer.names import Names
 from torquer.flight.packets.dictionary import Name
 from torquer.flight.packets.software_file import SpaceLink, load_link, read_software
 from torquer.ground.backlog import DownlinkTable
 from torquer.ground.stations import GroundStation
-from torquer.scenario.explain import ScenarioError, validate_tables
 from torquer.scenario.toml_text import parse_toml, read_text
 
 if TYPE_CHECKING:

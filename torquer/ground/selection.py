@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 from pydantic import Field, model_validator
 
+from torquer.base.explain import ScenarioError
 from torquer.base.spec import Spec
 from torquer.flight.packets.dictionary import Packet
 from torquer.flight.packets.mistakes import quote_value
@@ -23,7 +24,6 @@ from torquer.ground.archive import quote_names, read_only
 from torquer.ground.columns import FIRST_MS, LAST_MS, Column, as_numbers, fitting, packet_columns
 from torquer.ground.pieces import csv_bytes, parquet_bytes
 from torquer.ground.span import refuse_reversed
-from torquer.scenario.explain import ScenarioError
 
 #: Rows of a part.
 _PART = 8192

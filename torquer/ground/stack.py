@@ -19,6 +19,7 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
+from torquer.base.explain import ScenarioError
 from torquer.flight.packets.commands import Sent
 from torquer.ground.commands import (
     CANCELLED,
@@ -45,7 +46,6 @@ from torquer.ground.stack_record import (
     Line,
     StackRecord,
 )
-from torquer.scenario.explain import ScenarioError
 
 #: Time between two looks at a stack [s].
 LOOK_S = 0.1

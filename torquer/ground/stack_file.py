@@ -19,13 +19,13 @@ from typing import Literal, Self
 
 from pydantic import Field, TypeAdapter, ValidationError, model_validator
 
+from torquer.base.explain import ScenarioError, validate_tables
 from torquer.base.spec import Spec
 from torquer.computer.names import Names
 from torquer.flight.packets.commands import Sent, command_numbers
 from torquer.flight.packets.dictionary import Dictionary, Name
 from torquer.flight.packets.mistakes import quote_value
 from torquer.ground.commands import execution_time_s, has_answers
-from torquer.scenario.explain import ScenarioError, validate_tables
 from torquer.scenario.toml_text import parse_toml
 
 #: Most steps of a stack, bytes of its text, stacks that are saved for a satellite.

@@ -8,9 +8,9 @@ from pydantic import BaseModel
 
 from torquer.base.checked_columns import checked_columns, opened
 from torquer.base.computing import Computing
+from torquer.base.explain import ScenarioError, suggestion, validate_tables
 from torquer.base.spec import Spec, as_data
 from torquer.compile.when_compiling import plainly
-from torquer.scenario.explain import ScenarioError, suggestion, validate_tables
 
 S = TypeVar("S", bound=Spec)
 

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
+from torquer.base.explain import ScenarioError, key_name, validate_tables
 from torquer.base.user_code import admit, remember_keys
-from torquer.scenario.explain import ScenarioError, key_name, validate_tables
 from torquer.scenario.spec import Scenario
 from torquer.scenario.toml_text import parse_toml, read_text
 from torquer.spacecraft.sensors.devices import SEVERAL, SUN_HEADS_TWICE, by_name

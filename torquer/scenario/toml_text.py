@@ -9,9 +9,9 @@ from pathlib import Path
 
 import tomli_w
 
+from torquer.base.explain import ScenarioError
 from torquer.base.spec import Spec
 from torquer.base.text_files import LEVELS, has_deep_key, limited_text
-from torquer.scenario.explain import ScenarioError
 
 #: A time in a leap second that is a value, not part of a text.
 _SECOND_60 = re.compile(

@@ -41,7 +41,7 @@ def test_sound_values_need_no_note(make):
         ("disturbance.residual_dipole", {"constant_a_m2": [4, 0, 0], "amplitude_a_m2": [2, 0, 0]},
          "the residual dipole of up to 6 A m^2 exceeds the coils' greatest, 5.2 A m^2"),
         ("disturbance.solar_pressure.parts", [{"kind": "sphere", "radius_m": 1.0}],
-         "disturbance.solar_pressure has no effect in runs where every part has its centre"),
+         "disturbance.solar_pressure gives no torque with the parts as given: each has its centre"),
         ("disturbance.eddy_currents.damping_n_m_s_per_t2", 0.0, "its damping is zero"),
         ("disturbance.eddy_currents.damping_n_m_s_per_t2", [0.0, 0.0, 1e7],
          "eddy currents brake the rotation within about 61 s, less than a revolution"),

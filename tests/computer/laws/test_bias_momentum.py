@@ -6,7 +6,6 @@ import math
 import numpy as np
 import pytest
 from law_cases import inputs
-from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
 from torquer import simulate
@@ -140,15 +139,15 @@ def test_plain_python_flies_the_same():
 @pytest.mark.parametrize(
     ("keys", "expected"),
     [
-        ({"reference": "inertial"}, r"reference\n.*'orbital'"),
+        ({"reference": "inertial"}, r"reference: .*'orbital'"),
         ({"pitch_axis": (0.0, 0.0, 0.0)}, "pitch_axis: must be non-zero vectors"),
-        ({"bandwidth_rad_s": 0.0}, r"bandwidth_rad_s\n.*greater than 0"),
-        ({"integral_time_s": 0.0}, r"integral_time_s\n.*greater than 0"),
-        ({"unloading_gain_per_s": -1.0}, r"unloading_gain_per_s\n.*greater than or equal to 0"),
+        ({"bandwidth_rad_s": 0.0}, r"bandwidth_rad_s: .*greater than 0"),
+        ({"integral_time_s": 0.0}, r"integral_time_s: .*greater than 0"),
+        ({"unloading_gain_per_s": -1.0}, r"unloading_gain_per_s: .*greater than or equal to 0"),
     ],
 )
 def test_keys_are_checked(keys, expected):
-    with pytest.raises(ValidationError, match=expected):
+    with pytest.raises(ValueError, match=expected):
         BiasMomentum(**(LAW | keys))
 
 

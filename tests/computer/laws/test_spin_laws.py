@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 from law_cases import ZERO, inputs
-from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
 from torquer.computer.laws.nutation_damping import (
@@ -235,8 +234,8 @@ PRECISE = {"gain_a_m2_per_n_m_s_t": 1.0, "momentum_n_m_s": 1.0, "inertia_kg_m2":
             r"first_coil: must be at right angles to the axis \[0.0, 0.0, 1.0\]; received \[0.0, 0",
         ),
         (lambda: Reorientation(target=(0, 0, 0), **PRECISE), "target: must be non-zero vectors"),
-        (lambda: Reorientation(target="moon", **PRECISE), "Input should be 'sun'"),
-        (lambda: Reorientation(**PRECISE), "Field required"),
+        (lambda: Reorientation(target="moon", **PRECISE), "must be 'sun'"),
+        (lambda: Reorientation(**PRECISE), "must be given; received nothing"),
         (
             lambda: Reorientation(target="sun", **(PRECISE | {"inertia_kg_m2": (1, 1, 3)})),
             "inertia_kg_m2: the sum of two principal moments",
@@ -246,9 +245,12 @@ PRECISE = {"gain_a_m2_per_n_m_s_t": 1.0, "momentum_n_m_s": 1.0, "inertia_kg_m2":
             "greater than 0",
         ),
         (lambda: Preliminary1(target="sun"), "gain_a_m2_per_t, relay_dipole_a_m2: one of the two"),
-        (lambda: Preliminary2(target="sun", gain_a_m2_per_t=1.0), "Field required"),
+        (
+            lambda: Preliminary2(target="sun", gain_a_m2_per_t=1.0),
+            "must be given; received nothing",
+        ),
     ],
 )
 def test_what_makes_no_sense_is_refused(make, message):
-    with pytest.raises(ValidationError, match=message):
+    with pytest.raises(ValueError, match=message):
         make()

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 from law_cases import ZERO, inputs
-from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 from wheel_cases import machine
 
@@ -204,25 +203,25 @@ def test_a_held_body_sheds_the_momentum_of_its_wheels():
 @pytest.mark.parametrize(
     ("keys", "expected"),
     [
-        ({"gain_per_s": 0.0}, r"gain_per_s\n.*greater than 0"),
-        ({}, r"gain_per_s\n.*required"),
+        ({"gain_per_s": 0.0}, r"gain_per_s: .*greater than 0"),
+        ({}, r"gain_per_s: must be given"),
         (
             {"gain_per_s": 1.0, "dead_band_n_m_s": -1.0},
-            r"dead_band_n_m_s\n.*greater than or equal to 0",
+            r"dead_band_n_m_s: .*greater than or equal to 0",
         ),
         ({"gain_per_s": 1.0, "wanted_momentum_n_m_s": (1.0, 2.0)}, r"wanted_momentum_n_m_s"),
         (
             {"gain_per_s": 1.0, "dead_band_n_m_s": 0.2, "begin_n_m_s": 0.1},
             r"begin_n_m_s: must be at least dead_band_n_m_s = 0.2; received 0.1",
         ),
-        ({"gain_per_s": 1.0, "window_deg": 90.0}, r"window_deg\n.*less than 90"),
-        ({"gain_per_s": 1.0, "window_deg": 0.0}, r"window_deg\n.*greater than 0"),
+        ({"gain_per_s": 1.0, "window_deg": 90.0}, r"window_deg: .*less than 90"),
+        ({"gain_per_s": 1.0, "window_deg": 0.0}, r"window_deg: .*greater than 0"),
         (
             {"gain_per_s": 1.0, "wanted_momentum_n_m_s": (1.0, math.inf, 0.0)},
-            r"wanted_momentum_n_m_s\.1\n.*finite",
+            r"wanted_momentum_n_m_s\[1\]: must be finite",
         ),
     ],
 )
 def test_keys_are_checked(keys, expected):
-    with pytest.raises(ValidationError, match=expected):
+    with pytest.raises(ValueError, match=expected):
         Unloading(**keys)

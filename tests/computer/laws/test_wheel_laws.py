@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 from law_cases import ZERO
-from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 from wheel_cases import RATE, machine, orbit_at, orbital_frame, row
 
@@ -227,25 +226,25 @@ LYAPUNOV = {"rate_gain_n_m_s": 1.0, "angle_gain_n_m": 1.0, "inertia_kg_m2": (1.0
 @pytest.mark.parametrize(
     ("make", "keys", "expected"),
     [
-        (WheelPd, PD | {"bandwidth_rad_s": 0.0}, r"bandwidth_rad_s\n.*greater than 0"),
-        (WheelPd, PD | {"damping": -1.0}, r"damping\n.*greater than 0"),
-        (WheelPd, PD | {"orbital_rate_rad_s": 0.0}, r"orbital_rate_rad_s\n.*greater than 0"),
+        (WheelPd, PD | {"bandwidth_rad_s": 0.0}, r"bandwidth_rad_s: .*greater than 0"),
+        (WheelPd, PD | {"damping": -1.0}, r"damping: .*greater than 0"),
+        (WheelPd, PD | {"orbital_rate_rad_s": 0.0}, r"orbital_rate_rad_s: .*greater than 0"),
         (
             WheelPd,
             PD | {"reference": "inertial", "orbital_rate_rad_s": 1e-3},
             r"orbital_rate_rad_s: must be left out unless the reference is 'orbital'; "
             r"received 0\.001",
         ),
-        (WheelPd, PD | {"reference": "solar"}, r"reference\n.*'orbital' or 'inertial'"),
-        (WheelPd, PD | {"sequence": "112"}, r"Euler sequence: must be three axes.*received '112'"),
-        (WheelPd, {"bandwidth_rad_s": 0.1}, r"inertia_kg_m2\n.*required"),
+        (WheelPd, PD | {"reference": "solar"}, r"reference: .*'orbital' or 'inertial'"),
+        (WheelPd, PD | {"sequence": "112"}, r"sequence: must be three axes.*received '112'"),
+        (WheelPd, {"bandwidth_rad_s": 0.1}, r"inertia_kg_m2: must be given"),
         (WheelPd, PD | {"inertia_kg_m2": (1.0, 1.0, 3.0)}, r"triangle inequality"),
-        (WheelLyapunov, LYAPUNOV | {"rate_gain_n_m_s": 0.0}, r"rate_gain_n_m_s\n.*greater than 0"),
-        (WheelLyapunov, LYAPUNOV | {"angle_gain_n_m": 0.0}, r"angle_gain_n_m\n.*greater than 0"),
+        (WheelLyapunov, LYAPUNOV | {"rate_gain_n_m_s": 0.0}, r"rate_gain_n_m_s: .*greater than 0"),
+        (WheelLyapunov, LYAPUNOV | {"angle_gain_n_m": 0.0}, r"angle_gain_n_m: .*greater than 0"),
         (WheelLyapunov, LYAPUNOV | {"inertia_kg_m2": (-1, 1, 1)}, r"positive definite"),
-        (WheelLyapunov, LYAPUNOV | {"gravity_feedforward": "maybe"}, r"gravity_feedforward\n"),
+        (WheelLyapunov, LYAPUNOV | {"gravity_feedforward": "maybe"}, r"gravity_feedforward: "),
     ],
 )
 def test_keys_are_checked(make, keys, expected):
-    with pytest.raises(ValidationError, match=expected):
+    with pytest.raises(ValueError, match=expected):
         make(**keys)

@@ -8,9 +8,9 @@ import pytest
 from flown_modes import Flown, J, two_states
 from pydantic import ValidationError
 
+from torquer.base.explain import explain
 from torquer.computer.modes import table
 from torquer.computer.modes.spec import Modes
-from torquer.scenario.explain import explain
 
 TEXT = """
 axis = [0, 0, 2]
@@ -246,5 +246,5 @@ def test_names_that_cannot_be_stored_are_refused(name):
 
 def test_names_in_any_script_and_no_longer_than_files_allow():
     assert [*Modes(states={"гашение-1": {}, "_2": {}, "café": {}}).regions["main"].states]
-    with pytest.raises(ValidationError, match="at most 100 bytes, to be stored; received 101"):
+    with pytest.raises(ValueError, match="at most 100 bytes, to be stored; received 101"):
         Modes(states={"a" * 101: {}})

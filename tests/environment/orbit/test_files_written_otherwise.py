@@ -9,12 +9,12 @@ from environment.orbit.test_elements_in_full import message_of
 from environment.orbit.test_from_file import omm_fields, orbit_of, refused
 
 from torquer.base.conventions import MU_EARTH_M3_S2
+from torquer.base.explain import ScenarioError, validate_tables
 from torquer.base.time import parse_utc
 from torquer.environment.along_orbit import Environment, OrbitEnvironment
 from torquer.environment.ephemeris import EphemerisModels
 from torquer.environment.orbit.files.stamps import gps_instant, read_stamp
 from torquer.environment.orbit.files.states import axes_named
-from torquer.scenario.explain import ScenarioError, validate_tables
 
 INSTANTS = times(1200.0)
 OEM, UTC_CSV = oem_text(INSTANTS), csv_text(INSTANTS, scale="UTC")

@@ -7,6 +7,7 @@ import pytest
 from packet_cases import CHIBIS
 from unit_cases import SIDE, two_magnetometers
 
+from torquer.base.explain import ScenarioError
 from torquer.computer.interface import SENSORS
 from torquer.computer.names import Names
 from torquer.flight.packets.bits import dictionary_for, from_words, in_words, values_in_words
@@ -14,7 +15,6 @@ from torquer.flight.packets.commands import Sent, command_numbers
 from torquer.flight.packets.dictionary import Dictionary, Field, Packet
 from torquer.flight.packets.received import field_attributes
 from torquer.flight.packets.software_file import load_link
-from torquer.scenario.explain import ScenarioError
 from torquer.scenario.load import load_scenario
 from torquer.spacecraft.sensors.device import MOST_UNITS
 

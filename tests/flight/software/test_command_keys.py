@@ -6,6 +6,7 @@ import pytest
 from onboard_ground import Ground, scenario
 from spoiled_memory import PLACES, Full, ReadOnly, spoil
 
+from torquer.base.explain import ScenarioError
 from torquer.compile import engine
 from torquer.flight.packets.frames import Uplink
 from torquer.flight.packets.keys import Keys, new_key
@@ -17,7 +18,6 @@ from torquer.flight.software.command_keys import COMMANDS, RECOVERY, WINDOW
 from torquer.flight.software.core import Core
 from torquer.flight.software.link import TELEMETRY
 from torquer.flight.software.session import Sender, fly_steps
-from torquer.scenario.explain import ScenarioError
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 #: Control steps of a boot.

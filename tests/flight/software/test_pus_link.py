@@ -6,6 +6,7 @@ import pytest
 from onboard_ground import scenario
 from spacepackets.ecss import PusTc, PusTm
 
+from torquer.base.explain import ScenarioError
 from torquer.compile import engine
 from torquer.flight.packets.frames import Uplink
 from torquer.flight.packets.reasons import Reason
@@ -15,7 +16,6 @@ from torquer.flight.software.faults import FaultsFile
 from torquer.flight.software.session import fly_steps, replay_session
 from torquer.flight.software.session_file import Recorder, Replayed, begin_session, load_session
 from torquer.flight.software.software import load_software
-from torquer.scenario.explain import ScenarioError
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 MODULES = {name: {} for name in load_software().modules}

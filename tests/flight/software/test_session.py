@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 import torquer
+from torquer.base.explain import ScenarioError
 from torquer.compile import engine
 from torquer.flight.packets.commands import ScriptFile, make_frames
 from torquer.flight.packets.received import as_tables
@@ -26,7 +27,6 @@ from torquer.flight.software.session_file import (
     load_session,
 )
 from torquer.flight.software.software import load_software
-from torquer.scenario.explain import ScenarioError
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 

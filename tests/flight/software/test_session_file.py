@@ -10,6 +10,7 @@ import time
 import pytest
 
 import torquer
+from torquer.base.explain import ScenarioError
 from torquer.compile import engine
 from torquer.flight.software.faults import FaultsFile
 from torquer.flight.software.session import replay_session
@@ -20,7 +21,6 @@ from torquer.flight.software.session_file import (
     begin_session,
     load_session,
 )
-from torquer.scenario.explain import ScenarioError
 
 DAY = "examples/chibis_m_day.toml"
 

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from torquer.base.explain import ScenarioError
 from torquer.pages.board.text import data_from_toml, files_in, mistakes_in, read_scenario
-from torquer.scenario.explain import ScenarioError
 from torquer.scenario.load import load_scenario
 from torquer.scenario.toml_text import toml_from_data
 

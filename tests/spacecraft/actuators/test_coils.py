@@ -5,7 +5,6 @@ import itertools
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
-from pydantic import ValidationError
 
 from torquer.compile.engine import kernel, records
 from torquer.spacecraft.actuators import coils as room
@@ -268,10 +267,10 @@ def test_axes_are_scaled_to_length_one():
         ({"limit_a_m2": 1.0, "lag_s": -1.0}, "greater than or equal to 0"),
         ({"limit_a_m2": 1.0, "power_at_limit_w": 0.0}, "greater than 0"),
         ({"limit_a_m2": 1.0, "residual_dipole_a_m2": (0.0, 0.0, float("nan"))}, "finite"),
-        ({"limit_a_m2": 1.0, "turns": 100}, "Extra inputs are not permitted"),
+        ({"limit_a_m2": 1.0, "turns": 100}, "must be a known key"),
         ({}, "limit_a_m2: must be given without windings; received none"),
     ],
 )
 def test_what_cannot_be_is_reported(keys, expected):
-    with pytest.raises(ValidationError, match=expected):
+    with pytest.raises(ValueError, match=expected):
         Coils(**keys)

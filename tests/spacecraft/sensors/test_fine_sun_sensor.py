@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings, strategies as st
-from pydantic import ValidationError
 from scipy import stats
 from scipy.spatial.transform import Rotation
 
@@ -187,10 +186,10 @@ def test_compiled_and_plain_code_agree():
         ({"noise_deg": -1.0}, "greater than or equal to 0"),
         ({"quantum_deg": -1.0}, "greater than or equal to 0"),
         ({"quantum_deg": 90.0}, "less than 90"),
-        ({"quantum_deg": 1e-13}, "should be at least 1e-12"),
-        ({"bias_deg": (0.0, 0.0, float("nan"))}, "finite number"),
+        ({"quantum_deg": 1e-13}, "must be at least 1e-12"),
+        ({"bias_deg": (0.0, 0.0, float("nan"))}, "must be finite"),
         ({"delay_s": 1.0}, "sample_s: must be given with delay_s; received none"),
-        ({"axis": (0.0, 0.0, 1.0)}, "Extra inputs are not permitted"),
+        ({"axis": (0.0, 0.0, 1.0)}, "must be a known key"),
         (
             {"failures": [{"kind": "reversed"}]},
             "kind: must be one of silent, stuck, zeros, nan, infinite; received 'reversed'",
@@ -198,12 +197,12 @@ def test_compiled_and_plain_code_agree():
     ],
 )
 def test_what_cannot_be_is_reported(keys, expected):
-    with pytest.raises(ValidationError, match=expected):
+    with pytest.raises(ValueError, match=expected):
         FineSunSensor(**PLAIN | keys)
 
 
 @pytest.mark.parametrize("key", ["boresight", "up", "half_field_deg"])
 def test_what_must_be_given_is_asked_for(key):
     keys = {name: value for name, value in PLAIN.items() if name != key}
-    with pytest.raises(ValidationError, match=f"{key}\n.*Field required"):
+    with pytest.raises(ValueError, match=f"{key}: must be given"):
         FineSunSensor(**keys)

@@ -6,7 +6,6 @@ import math
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
-from pydantic import ValidationError
 from scipy import stats
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
@@ -497,9 +496,9 @@ def test_beyond_half_a_turn_the_shorter_way_is_taken():
 @pytest.mark.parametrize(
     ("keys", "expected"),
     [
-        ({"range_deg_s": 0.0}, "range_deg_s\n.*greater than 0"),
+        ({"range_deg_s": 0.0}, "range_deg_s: .*greater than 0"),
         ({"angle_random_walk_deg_sqrt_h": -1.0}, "greater than or equal to 0"),
-        ({"angle_random_walk_deg_sqrt_h": 2e9}, "should be at most 1e\\+09"),
+        ({"angle_random_walk_deg_sqrt_h": 2e9}, "must be at most 1e\\+09"),
         ({"bias_instability_deg_h": -1.0}, "greater than or equal to 0"),
         (
             {"bias_instability_deg_h": 1.0},
@@ -507,15 +506,15 @@ def test_beyond_half_a_turn_the_shorter_way_is_taken():
         ),
         ({"bias_correlation_s": 0.0}, "greater than 0"),
         ({"rate_random_walk_deg_h_sqrt_h": -1.0}, "greater than or equal to 0"),
-        ({"rate_random_walk_deg_h_sqrt_h": 1e-16}, "should be at least 1e-15"),
+        ({"rate_random_walk_deg_h_sqrt_h": 1e-16}, "must be at least 1e-15"),
         ({"bias_deg_h": (0.0, 1.0)}, "bias_deg_h"),
         ({"bias_deg_h": (0.0, 1.0, 2e9)}, "within -1e\\+09..1e\\+09"),
-        ({"scale_error": (0.0, 0.0, float("nan"))}, "finite number"),
-        ({"misalignment_deg": (0.0, 0.0, float("inf"))}, "finite number"),
+        ({"scale_error": (0.0, 0.0, float("nan"))}, "must be finite"),
+        ({"misalignment_deg": (0.0, 0.0, float("inf"))}, "must be finite"),
         ({"quantum_arcsec": -1.0}, "greater than or equal to 0"),
-        ({"quantum_arcsec": 1e-10}, "should be at least 1e-09"),
+        ({"quantum_arcsec": 1e-10}, "must be at least 1e-09"),
         ({"sample_s": 1.0, "delay_s": 2.0}, "delay_s: must not exceed sample_s = 1 s"),
-        ({"noise_deg_s": 1.0}, "Extra inputs are not permitted"),
+        ({"noise_deg_s": 1.0}, "must be a known key"),
         (
             {"failures": [{"kind": "bias"}]},
             "kind: must be one of silent, stuck, zeros, nan, infinite; received 'bias'",
@@ -524,7 +523,7 @@ def test_beyond_half_a_turn_the_shorter_way_is_taken():
     ],
 )
 def test_what_cannot_be_is_reported(keys, expected):
-    with pytest.raises(ValidationError, match=expected):
+    with pytest.raises(ValueError, match=expected):
         IntegratingGyro(**keys)
 
 

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
-from pydantic import ValidationError
 from scipy import stats
 from scipy.spatial.transform import Rotation
 
@@ -254,17 +253,17 @@ def test_sun_sensor_noise_has_the_requested_angle_per_cross_axis():
         (Magnetometer, {"noise_nt": -1.0}, "greater than or equal to 0"),
         (Magnetometer, {"resolution_nt": -1.0}, "greater than or equal to 0"),
         (Magnetometer, {"bias_nt": (0.0, 1.0)}, "bias_nt"),
-        (Magnetometer, {"bias_nt": (0.0, 1.0, float("inf"))}, "finite number"),
+        (Magnetometer, {"bias_nt": (0.0, 1.0, float("inf"))}, "must be finite"),
         (Magnetometer, {"scale_error": "some"}, "scale_error"),
-        (Magnetometer, {"coil_disturbance_nt_per_a_m2": float("nan")}, "finite number"),
-        (Magnetometer, {"colour": 1}, "Extra inputs are not permitted"),
+        (Magnetometer, {"coil_disturbance_nt_per_a_m2": float("nan")}, "must be finite"),
+        (Magnetometer, {"colour": 1}, "must be a known key"),
         (Gyro, {"range_deg_s": -1.0}, "greater than 0"),
         (Gyro, {"noise_deg_s": -1.0}, "greater than or equal to 0"),
         (Gyro, {"bias_drift_deg_s_sqrt_s": -1.0}, "greater than or equal to 0"),
         (Gyro, {"resolution_deg_s": -1.0}, "greater than or equal to 0"),
-        (Gyro, {"misalignment_deg": (0.0, 0.0, float("nan"))}, "finite number"),
-        (SunSensors, {"axes": ((0.0, 0.0, 1.0),)}, "half_field_deg\n.*Field required"),
-        (SunSensors, {"half_field_deg": 60.0}, "axes\n.*Field required"),
+        (Gyro, {"misalignment_deg": (0.0, 0.0, float("nan"))}, "must be finite"),
+        (SunSensors, {"axes": ((0.0, 0.0, 1.0),)}, "half_field_deg: must be given"),
+        (SunSensors, {"half_field_deg": 60.0}, "axes: must be given"),
         (SunSensors, {"axes": ((1.0, 0.0, 0.0),), "half_field_deg": 0.0}, "greater than 0"),
         (SunSensors, {"axes": ((1.0, 0.0, 0.0),), "half_field_deg": 181.0}, "equal to 180"),
         (
@@ -280,5 +279,5 @@ def test_sun_sensor_noise_has_the_requested_angle_per_cross_axis():
     ],
 )
 def test_what_cannot_be_is_reported(spec, keys, expected):
-    with pytest.raises(ValidationError, match=expected):
+    with pytest.raises(ValueError, match=expected):
         spec(**keys)

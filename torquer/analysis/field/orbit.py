@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import xarray as xr
-from pydantic import ValidationError
 
 from torquer.analysis.field.models import file_text, find_model, label, moment, stamp
 from torquer.analysis.field.requests import FieldOrbitRequest
+from torquer.base.explain import ScenarioError
 from torquer.base.limits import RequestError, given_values
-from torquer.base.spec import Spec
 from torquer.environment.along_orbit import Environment
 from torquer.environment.field.along import fields_along
 from torquer.environment.orbit import AnyOrbit, Circular, Sgp4
@@ -89,8 +88,8 @@ def make_circle(keys: dict, start: str | None, key: str) -> OrbitCase:
             raise RequestError(name, "must be given; received nothing")
     try:
         orbit = Circular(**keys)
-    except ValidationError as error:
-        lines = _lines(error, keys, Circular)
+    except ScenarioError as error:
+        lines = str(error).split("\n")
         named = (re.sub(r"^(?!orbit)(\w+)(?=:)", r"{\1}", line) for line in lines)
         raise RequestError("", "\n".join(named)) from None
     if begin is None:
@@ -111,17 +110,11 @@ def _orbit_from_tle(path: Path) -> Sgp4:
     text = file_text(path, "tle")
     try:
         return Sgp4(tle=text)
-    except ValidationError as error:
-        lines = _lines(error, {"tle": text}, Sgp4)
+    except ScenarioError as error:
+        lines = str(error).split("\n")
     faults = (line.removeprefix("tle: ").replace("; orbit.", "; {scenario} with orbit.")
               for line in lines)  # fmt: skip
     raise RequestError("", "\n".join(f"{{tle}}: {fault}" for fault in faults))
-
-
-def _lines(error: ValidationError, data: dict, spec: type[Spec]) -> list[str]:
-    from torquer.scenario.explain import explain  # loads what the rest does not need
-
-    return explain(error, data, spec)
 
 
 def _epoch(orbit: Sgp4) -> datetime:

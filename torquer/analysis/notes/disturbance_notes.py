@@ -63,8 +63,8 @@ def _light_notes(scenario: Scenario) -> Iterator[str]:
     parts = light.parts or scenario.spacecraft.aerodynamics.parts
     if not any(any(part.centre_m) for part in parts):
         yield (
-            "disturbance.solar_pressure has no effect in runs where every part has its centre "
-            "(centre_m) at the centre of mass"
+            "disturbance.solar_pressure gives no torque with the parts as given: each has its "
+            "centre (centre_m) at the centre of mass; a campaign may shift them"
         )
 
 

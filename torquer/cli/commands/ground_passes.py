@@ -175,8 +175,8 @@ def _stations(file: GroundFile | None, how: PassesOptions) -> dict[str, GroundSt
 
 def _place(text: str, declared: dict) -> GroundStation:
     """A station that is written LATITUDE,LONGITUDE[,ALTITUDE]."""
+    from torquer.base.explain import validate_tables
     from torquer.ground.stations import GroundStation
-    from torquer.scenario.explain import validate_tables
 
     keys = ("latitude_deg", "longitude_deg", "altitude_m")
     parts = text.split(",")

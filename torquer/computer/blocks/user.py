@@ -69,6 +69,8 @@ class GivenLaw(Spec):
     To fly it again the function must be passed again.
     """
 
+    in_files: ClassVar[bool] = False
+
     kind: Literal["given_in_python"] = "given_in_python"
     name: str
     """Name of the function that was flown."""

@@ -18,6 +18,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import BeforeValidator, Field, PlainSerializer, model_validator
 
+from torquer.base.explain import ScenarioError, validate_tables
 from torquer.base.spec import Spec
 from torquer.base.time import parse_utc, utc_text
 from torquer.computer.names import Names
@@ -25,7 +26,6 @@ from torquer.flight.packets.bits import from_words
 from torquer.flight.packets.dictionary import Dictionary, Field as PacketField, Packet
 from torquer.flight.packets.frames import EPOCH, LAST_REQUEST, Uplink
 from torquer.flight.packets.mistakes import quote_value
-from torquer.scenario.explain import ScenarioError, validate_tables
 from torquer.scenario.toml_text import parse_toml, read_text
 
 #: Answers to commands that wait on board until they are sent down: a further one drops the oldest.

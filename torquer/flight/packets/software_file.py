@@ -17,12 +17,12 @@ from typing import TYPE_CHECKING, Any, Self
 
 from pydantic import Field, model_validator
 
+from torquer.base.explain import ScenarioError, validate_tables
 from torquer.base.spec import Spec
 from torquer.flight.packets.bits import dictionary_for
 from torquer.flight.packets.dictionary import Dictionary, load_dictionary
 from torquer.flight.packets.framing import LinkKind, check_framing
 from torquer.flight.packets.keys import Keys, read_key
-from torquer.scenario.explain import ScenarioError, validate_tables
 from torquer.scenario.toml_text import parse_toml, read_text
 
 if TYPE_CHECKING:

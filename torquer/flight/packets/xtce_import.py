@@ -12,13 +12,11 @@ from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree
 
-from pydantic import ValidationError
-
+from torquer.base.explain import ScenarioError
 from torquer.base.text_files import limited_text
 from torquer.flight.packets.dictionary import Dictionary, DictionaryError, Field, Packet
 from torquer.flight.packets.fields import LONGEST_NAME
 from torquer.flight.packets.framing import PRIMARY_HEADER, SPACE_PACKETS, framing_of
-from torquer.flight.packets.mistakes import describe_mistake
 from torquer.flight.packets.xtce import PAD, TIME
 from torquer.flight.packets.xtce_types import children, clean_text, must, read_type, tag_of
 
@@ -120,8 +118,8 @@ class _Reader:
         try:
             dictionary = Dictionary(name=self._name, down=found)
             dictionary.check_alarms()
-        except ValidationError as error:
-            raise ValueError(describe_mistake(error.errors()[0])) from None
+        except ScenarioError as error:
+            raise ValueError(str(error).split("\n")[0]) from None
         return Imported(dictionary, links.pop(), tuple(dict.fromkeys(self.notes)))
 
     def _leaves(self) -> Iterator[str]:
@@ -155,8 +153,8 @@ class _Reader:
         try:
             fields = _fields(content.entries[header:], f"{name}__")
             return Packet(name=_word(name), fields=tuple(fields), **keys), link
-        except ValidationError as error:
-            raise ValueError(f"{place}: {describe_mistake(error.errors()[0])}") from None
+        except ScenarioError as error:
+            raise ValueError(f"{place}: {error}".split("\n")[0]) from None
 
     def _content(self, name: str, within: tuple[str, ...]) -> _Content:
         """What a container holds; `within`: containers that lead to it."""
@@ -336,7 +334,7 @@ def _field(entry: _Entry, taken: set[str], **keys) -> Field:
     description = entry.description or original
     if name != original.lower() and original != description:
         description = f"{description} ({original})"
-    return Field.model_validate({"name": name, "description": description, **entry.keys, **keys})
+    return Field(**{"name": name, "description": description, **entry.keys, **keys})
 
 
 def _word(text: str) -> str:

@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field, model_validator
 
+from torquer.base.explain import ScenarioError, validate_tables
 from torquer.base.spec import Spec
 from torquer.campaign.faults.kinds import find_faults
 from torquer.flight.software.memory import unseal
 from torquer.flight.software.state import Cause
-from torquer.scenario.explain import ScenarioError, validate_tables
 from torquer.scenario.spec import Scenario
 from torquer.scenario.toml_text import parse_toml, read_text
 

@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 from pydantic import ValidationError
 
+from torquer.base.explain import ScenarioError
 from torquer.flight.packets.software_file import digest_files
 from torquer.flight.packets.station import Station
 from torquer.flight.software.core import Core
@@ -23,7 +24,6 @@ from torquer.flight.software.faults import SoftwareFault, strike
 from torquer.flight.software.memory import Memory
 from torquer.flight.software.session_file import STRIDE, Session
 from torquer.flight.software.software import load_software
-from torquer.scenario.explain import ScenarioError
 from torquer.scenario.spec import Scenario
 from torquer.simulation.setup.signals import noted_signals
 

@@ -23,11 +23,11 @@ from typing import Annotated, Any, Literal, NoReturn, Self
 
 from pydantic import AfterValidator, Field
 
+from torquer.base.explain import ScenarioError, validate_tables
 from torquer.base.spec import Spec
 from torquer.base.version import VERSION
 from torquer.flight.packets.software_file import digest_files
 from torquer.flight.software.faults import FaultsFile, SoftwareFault, software_faults
-from torquer.scenario.explain import ScenarioError, validate_tables
 from torquer.scenario.spec import Scenario
 
 #: Control steps from one recorded digest to the next.

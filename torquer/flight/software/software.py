@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 from pydantic import ValidationError
 
+from torquer.base.explain import ScenarioError, explain
 from torquer.base.spec import Spec
 from torquer.flight.packets.dictionary import Dictionary
 from torquer.flight.packets.software_file import (
@@ -24,7 +25,6 @@ from torquer.flight.software.containment import brief
 from torquer.flight.software.modules import MODULES
 from torquer.flight.software.modules.module import Module
 from torquer.flight.software.strikes import REQUIRED
-from torquer.scenario.explain import ScenarioError, explain
 
 #: The longest period of a module [s].
 _LONGEST_S = 1e10

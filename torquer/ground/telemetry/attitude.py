@@ -20,6 +20,7 @@ from torquer.analysis.filters.smoothing import (
     check_can_be_smoothed,
     fly_back_and_forth,
 )
+from torquer.base.explain import validate_tables
 from torquer.base.spec import Spec
 from torquer.computer.estimation import ESTIMATORS, AnyEstimator
 from torquer.computer.estimation.filter import Filter
@@ -30,7 +31,6 @@ from torquer.computer.interface import GYRO, nothing_known
 from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.ground.telemetry.environment import RowEnvironments, environments_at_rows
 from torquer.ground.telemetry.request import mistakes_in_file
-from torquer.scenario.explain import validate_tables
 from torquer.scenario.toml_text import parse_toml, read_text
 from torquer.simulation.results.variables import ESTIMATED, column, read
 

@@ -7,6 +7,7 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from torquer.base.explain import validate_tables
 from torquer.base.limits import RequestError
 from torquer.base.spec import Spec
 from torquer.base.time import parse_utc, seconds_between
@@ -15,7 +16,6 @@ from torquer.environment.orbit.files import is_orbit_file
 from torquer.environment.orbit.files.elements import read_neighbours
 from torquer.environment.orbit.numerical import tle_epoch
 from torquer.ground.telemetry.request import MOST_AGE_DAYS, mistakes_in_file
-from torquer.scenario.explain import validate_tables
 from torquer.scenario.load import tables_with_files
 from torquer.scenario.toml_text import parse_toml, read_text
 

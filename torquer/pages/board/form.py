@@ -15,8 +15,8 @@ from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_ori
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from torquer.base.explain import ScenarioError
 from torquer.scenario.described import Key
-from torquer.scenario.explain import ScenarioError
 from torquer.scenario.keys import first_sentence, key_bounds, key_words, spec_keys
 from torquer.scenario.load import presets, with_presets
 from torquer.scenario.spec import Scenario

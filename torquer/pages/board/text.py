@@ -8,7 +8,7 @@ from collections.abc import Container, Iterator
 from datetime import date, datetime
 from pathlib import Path
 
-from torquer.scenario.explain import ScenarioError
+from torquer.base.explain import ScenarioError
 from torquer.scenario.load import scenario_from_data, tables_with_files
 from torquer.scenario.spec import Scenario
 from torquer.scenario.toml_text import parse_toml

@@ -17,8 +17,8 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
+from torquer.base.explain import ScenarioError
 from torquer.flight.packets.mistakes import quote_value
-from torquer.scenario.explain import ScenarioError
 
 #: What pages share: three.js, the body in 3D, elements of a page.
 SHARED = Path(__file__).parent / "web"

@@ -14,6 +14,7 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from torquer.base.dates import iso_ms
+from torquer.base.explain import ScenarioError, validate_tables
 from torquer.base.limits import RequestError
 from torquer.base.spec import Spec
 from torquer.base.strict_json import INFINITIES, json_text
@@ -26,7 +27,6 @@ from torquer.ground.span import refuse_reversed
 from torquer.ground.violations import MOST
 from torquer.pages.browser.files import json_object
 from torquer.pages.ground.asked import contact_of, made_by, read_archive, whole
-from torquer.scenario.explain import ScenarioError, validate_tables
 
 _MOST_BYTES, _MOST_ALARMS, _LAST_MS = 65_536, 500, 2**53
 #: Most rows of an answer, and of a file.

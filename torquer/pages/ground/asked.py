@@ -16,12 +16,12 @@ from starlette.concurrency import run_in_threadpool
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 
+from torquer.base.explain import ScenarioError
 from torquer.flight.packets.dictionary import Packet
 from torquer.ground.archive import read_only
 from torquer.ground.authors import OPERATOR, fault_of
 from torquer.ground.contact import Contact
 from torquer.ground.spool import PATIENCE_S
-from torquer.scenario.explain import ScenarioError
 
 T = TypeVar("T")
 

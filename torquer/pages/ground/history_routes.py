@@ -11,6 +11,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
+from torquer.base.explain import ScenarioError, validate_tables
 from torquer.base.limits import RequestError
 from torquer.base.spec import Spec
 from torquer.base.strict_json import INFINITIES, json_text
@@ -31,7 +32,6 @@ from torquer.ground.selection import (
 from torquer.ground.span import refuse_reversed
 from torquer.pages.browser.files import json_object
 from torquer.pages.ground.asked import contact_of, made_by, packet_of, query_of, read_archive
-from torquer.scenario.explain import ScenarioError, validate_tables
 
 #: Bytes of an order to fill a gap.
 _MOST_BYTES = 4096

@@ -14,6 +14,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
+from torquer.base.explain import ScenarioError, validate_tables
 from torquer.base.strict_json import INFINITIES, json_text
 from torquer.flight.packets.mistakes import quote_value
 from torquer.ground.archive import ArchiveError
@@ -23,7 +24,6 @@ from torquer.ground.plan import compare_plan, has_plan
 from torquer.ground.stack_file import MOST_BYTES, check_stack, checked_name, read_stack
 from torquer.pages.browser.files import json_object
 from torquer.pages.ground.asked import contact_of, made_by, read_archive, whole
-from torquer.scenario.explain import ScenarioError, validate_tables
 
 #: Most bytes of a stack as JSON, which may write six for one.
 _MOST_BYTES = 6 * MOST_BYTES

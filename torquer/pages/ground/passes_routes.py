@@ -15,6 +15,7 @@ from starlette.requests import Request
 from starlette.responses import HTMLResponse, JSONResponse, Response
 from starlette.routing import Route
 
+from torquer.base.explain import ScenarioError, validate_tables
 from torquer.base.spec import Spec
 from torquer.flight.packets.mistakes import quote_value
 from torquer.ground.archive import ArchiveError
@@ -23,7 +24,6 @@ from torquer.ground.file import Satellite
 from torquer.ground.ground_clock import now_ms
 from torquer.ground.span import refuse_reversed
 from torquer.pages.ground.asked import contact_of
-from torquer.scenario.explain import ScenarioError, validate_tables
 
 #: A satellite's clock is that of this machine if it is no further from it [ms]; else it is that of
 #: a simulation, by which passes then go.

@@ -18,6 +18,7 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from torquer.base.explain import ScenarioError, validate_tables
 from torquer.base.spec import Spec
 from torquer.base.strict_json import INFINITIES, json_text
 from torquer.flight.packets.commands import Sent
@@ -42,7 +43,6 @@ from torquer.pages.ground.asked import contact_of, made_by, packet_of, query_of,
 from torquer.pages.ground.history_routes import history_routes
 from torquer.pages.ground.orders_routes import orders_routes
 from torquer.pages.ground.passes_routes import has_passes, passes_routes
-from torquer.scenario.explain import ScenarioError, validate_tables
 
 WEB = Path(__file__).parent / "web"
 #: Most rows that one answer has, and bytes of a command as JSON.

@@ -12,6 +12,7 @@ from torquer.campaign.statistics import as_columns
 from torquer.report.campaign.shared import (
     axis_label,
     correlated,
+    input_labels,
     is_wide,
     literal,
     outcome_in_words,
@@ -60,11 +61,12 @@ def draw_scatter(result: xr.Dataset, summary: dict) -> Figure | None:
 def columns_and_labels(result: xr.Dataset, keys: list[str]) -> tuple[dict, dict[str, str]]:
     """Numbers [n] and labels of inputs; times count in days."""
     columns = as_columns(member_inputs(result))
-    labels = {key: literal(shorten(key, 34)) for key in keys}
+    said = input_labels(keys)
+    labels = {key: literal(shorten(label, 34)) for key, label in said.items()}
     for key in keys:
         if key in result and result[key].dtype.kind == "M":
             columns[key] = (columns[key] - columns[key].min()) / 86400.0
-            labels[key] = literal(f"{key} [d after the earliest]")
+            labels[key] = literal(f"{said[key]} [d after the earliest]")
     return columns, labels
 
 
@@ -156,6 +158,7 @@ def _draw_bars(axes, found: dict[str, float], chance: float) -> None:
     axes.axvline(0.0, color=INK, lw=0.8)
     colours = [BLUE if abs(r) > chance else GREY for r in found.values()]
     axes.barh(range(len(found)), list(found.values()), 0.7, color=colours)
-    axes.set_yticks(range(len(found)), [literal(shorten(key)) for key in found], fontsize=7.5)
+    said = [literal(shorten(label)) for label in input_labels(found).values()]
+    axes.set_yticks(range(len(found)), said, fontsize=7.5)
     axes.set_ylim(len(found) - 0.45, -0.55)
     axes.set_xlim(-1.0, 1.0)

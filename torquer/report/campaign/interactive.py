@@ -19,7 +19,16 @@ from torquer.report.campaign.bands import bands_of, series_unit, signal_title, w
 from torquer.report.campaign.convergence import mean_title
 from torquer.report.campaign.correlation import columns_and_labels, most_correlated, ways_of_ending
 from torquer.report.campaign.distribution import bins, share_band
-from torquer.report.campaign.shared import axis_label, correlated, is_wide, settled_range, steps
+from torquer.report.campaign.shared import (
+    axis_label,
+    correlated,
+    in_words,
+    input_labels,
+    is_wide,
+    outcome_in_words,
+    settled_range,
+    steps,
+)
 from torquer.report.campaign.sobol import greatest
 from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, RED, RUNS, SKY
 from torquer.report.common.interactive import (
@@ -114,7 +123,7 @@ def scatter_figure(result: xr.Dataset, summary: dict, name: str) -> dict | None:
     y = member_outcomes(result)[name]
     data = [_points(columns[key], y, kind, key == keys[0]) for key in keys for kind in kinds]
     buttons = [
-        {"label": f"{key} ({pairs[key]:+.2f})", "method": "update", "args": [
+        {"label": f"{labels[key]} ({pairs[key]:+.2f})", "method": "update", "args": [
             {"visible": [key == shown for shown in keys for _ in kinds]},
             {"xaxis.title.text": labels[key], "xaxis.type": _scale(columns[key]),
              "xaxis.autorange": True}]}
@@ -154,7 +163,12 @@ def correlations_figure(result: xr.Dataset, summary: dict) -> dict | None:
     keys = most_correlated(list(pairs.values()), _MOST_INPUTS)
     chance = summary["chance_correlation"]
     data = [
-        _bars(name, keys, [found.get(key) for key in keys], RUNS[k % len(RUNS)])
+        _bars(
+            outcome_in_words(summary, name),
+            input_labels(keys).values(),
+            [found.get(key) for key in keys],
+            RUNS[k % len(RUNS)],
+        )
         for k, (name, found) in enumerate(pairs.items())
     ]
     data.append(square(f"up to {chance:.2g}: may be chance", translucent(GREY, 0.3)))
@@ -175,7 +189,7 @@ def category_figure(found: dict, name: str) -> dict | None:
     low, middle, high = np.array([*known.values()]).T
     spread = {"array": (high - middle).tolist(), "arrayminus": (middle - low).tolist()}
     error = {"type": "data", "symmetric": False, "color": GREY, "thickness": 1.2, **spread}
-    label = f"median of {name}"
+    label = f"median of {in_words(name, found['units'][name])}"
     data = [_bars(label, known, middle.tolist(), BLUE) | {"error_x": error}]
     return _bars_figure(data, len(known), 1, axis(axis_label(name, found["units"][name])))
 
@@ -190,7 +204,7 @@ def sobol_figure(groups: dict[str, dict]) -> dict:
         low, high = np.abs(np.array(ends) - np.array(sizes)[:, None]).T.tolist()
         beyond = {"array": high, "arrayminus": low}
         error = {"type": "data", "symmetric": False, "color": GREY, "thickness": 1.2, **beyond}
-        data.append(_bars(label, names, sizes, colour) | {"error_x": error})
+        data.append(_bars(label, input_labels(names).values(), sizes, colour) | {"error_x": error})
     return _bars_figure(data, len(names), 2, axis("share of the variance"))
 
 

@@ -1,13 +1,19 @@
 """What the pictures of campaigns share: labels, scales, empirical distributions."""
 
+import re
+from collections import Counter
+from collections.abc import Iterable
+
 import numpy as np
 import xarray as xr
 
 from torquer.campaign.summary import correlations, with_unit
-from torquer.scenario.keys import key_words
+from torquer.scenario.keys import key_unit, key_words
 
 #: Ratio of values from which on a scale is logarithmic.
 _WIDE = 100.0
+#: An input: its place in the file, whether of its direction, and which component of it.
+_INPUT = re.compile(r"(.*?)(\.direction(?=\[))?((?:\[\d+\])*)")
 
 
 def literal(text: str) -> str:
@@ -28,6 +34,28 @@ def outcome_in_words(summary: dict, name: str) -> str:
 def axis_label(name: str, unit: str) -> str:
     """An outcome or a signal in words and its unit in brackets, for matplotlib and plotly alike."""
     return with_unit(in_words(name, unit), unit)
+
+
+def input_labels(keys: Iterable[str]) -> dict[str, str]:
+    """Inputs in words and their units in brackets; as the key where two would read the same."""
+    said = {key: ", ".join(map(_input_label, key.split(", "))) for key in keys}
+    counts = Counter(said.values())
+    return {key: label if counts[label] == 1 else key for key, label in said.items()}
+
+
+def _input_label(key: str) -> str:
+    """`control.law.gain_a_m2_s_per_t` is law gain [A m² s/T]; parts as in `as_columns`."""
+    place, cosine, within = _INPUT.fullmatch(key.strip("|")).groups()
+    *_, table, last = ["", *place.split(".")]
+    words = " ".join(f"{table} {key_words(last)}".replace("_", " ").split())
+    if key.startswith("|"):
+        words = f"size of {words}"
+    if cosine:
+        words = f"direction of {words}"
+    if within:
+        numbers = ", ".join(re.findall(r"[0-9]+", within))
+        words = f"{words}, component {numbers}"
+    return with_unit(words, "" if cosine else key_unit(last))
 
 
 def shorten(text: str, length: int = 44) -> str:

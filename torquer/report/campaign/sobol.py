@@ -3,7 +3,7 @@
 from matplotlib.figure import Figure
 
 from torquer.campaign.summary import percent
-from torquer.report.campaign.shared import literal, shorten
+from torquer.report.campaign.shared import input_labels, literal, outcome_in_words, shorten
 from torquer.report.common.colours import BLUE, SKY
 from torquer.report.common.figure import INK, SMALL, foot, legend, place, quiet, sheet
 
@@ -28,7 +28,8 @@ def draw_sobol(summary: dict) -> Figure | None:
         handles = _draw_bars(axes, groups)
         axes.set_xlim(low, high)
         axes.tick_params(labelbottom=name == [*shown][-1])
-        axes.set_title(name, fontsize=9.5, loc="left", color=INK, x=-0.68, pad=3)
+        said = literal(outcome_in_words(summary, name))
+        axes.set_title(said, fontsize=9.5, loc="left", color=INK, x=-0.68, pad=3)
         if top == 0.65:
             legend(axes, handles)
         top += height
@@ -64,6 +65,7 @@ def _draw_bars(axes, groups: dict[str, dict]) -> list:
             if None not in each[f"{kind}_interval"]:
                 axes.plot(each[f"{kind}_interval"], [at, at], color=INK, lw=1.0)
     axes.axvline(0.0, color=INK, lw=0.8)
-    axes.set_yticks(range(len(groups)), [literal(shorten(name)) for name in groups], fontsize=7.5)
+    said = [literal(shorten(label)) for label in input_labels(groups).values()]
+    axes.set_yticks(range(len(groups)), said, fontsize=7.5)
     axes.set_ylim(len(groups) - 0.45, -0.55)
     return handles

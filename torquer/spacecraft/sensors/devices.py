@@ -180,7 +180,10 @@ class Sensors(Spec):
             if "sun_heads" in data:
                 raise ValueError(SUN_HEADS_TWICE)
             rest = {key: value for key, value in data.items() if key != "sun_sensors"}
-            return rest | {"sun_heads": data["sun_sensors"]}
+            try:
+                return rest | {"sun_heads": by_name(data["sun_sensors"])}
+            except ValueError as error:
+                raise ValueError(f"sun_sensors{error}") from None
         return data
 
     @field_validator(*SEVERAL, mode="before")

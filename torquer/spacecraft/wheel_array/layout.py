@@ -99,7 +99,7 @@ class WheelArray(Spec):
         return self._changed(axes=tuple(map(as_vector, np.array(self.axes) @ matrix.T)))
 
     def _changed(self, **changes) -> "WheelArray":
-        return type(self).model_validate({**self.model_dump(), **changes})
+        return type(self)(**{**self.model_dump(), **changes})
 
 
 def _check_sizes(key: str, limits) -> None:

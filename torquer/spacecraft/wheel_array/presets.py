@@ -4,7 +4,7 @@ import functools
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import AfterValidator, Field, ValidationError, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from torquer.base.spec import Spec, Vector, by_kind
 from torquer.spacecraft.wheel_array.layout import (
@@ -118,10 +118,7 @@ class Wheels(Spec):
 
     @model_validator(mode="after")
     def _is_an_array(self):
-        try:
-            self.array()
-        except ValidationError as error:
-            raise ValueError(str(error.errors()[0]["ctx"]["error"])) from None
+        self.array()
         return self
 
     def array(self) -> WheelArray:

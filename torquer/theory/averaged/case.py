@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from pydantic import ValidationError
 
 from torquer.base import validate
 from torquer.base.conventions import MU_EARTH_M3_S2
@@ -188,21 +187,14 @@ def as_spinner(
     notes: tuple[str, ...] = ()
     if spread > 0.02:
         notes = (f"the transverse moments differ by {100 * spread:.0f} %: their mean is used",)
-    try:
-        spinner = Spinner(
-            inclination_deg=inclination_deg,
-            strength_t=b0_t,
-            transverse_kg_m2=transverse,
-            axial_kg_m2=axial,
-            momentum_n_m_s=length,
-            orbital_rate_rad_s=math.sqrt(MU_EARTH_M3_S2 / radius_m**3),
-        )
-    except ValidationError as error:
-        first = error.errors()[0]
-        must = first["msg"].removeprefix("Input should be ")
-        raise ValueError(
-            f"{first['loc'][0]}: must be {must}; received {first['input']:g}"
-        ) from None
+    spinner = Spinner(
+        inclination_deg=inclination_deg,
+        strength_t=b0_t,
+        transverse_kg_m2=transverse,
+        axial_kg_m2=axial,
+        momentum_n_m_s=length,
+        orbital_rate_rad_s=math.sqrt(MU_EARTH_M3_S2 / radius_m**3),
+    )
     return spinner, theta, notes, _turned(tensor, axis, np.radians(rate_deg_s), spread)
 
 

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 from datetime import datetime
 from typing import NamedTuple
 
-from pydantic import ValidationError
 from sgp4.alpha5 import from_alpha5
 
+from torquer.base.explain import ScenarioError
 from torquer.environment.orbit.files.naming import is_called
 from torquer.environment.orbit.files.omm import Message, is_omm, messages
 from torquer.environment.orbit.mean_elements import MeanElements
@@ -63,8 +63,8 @@ class TwoLines(NamedTuple):
             )
         try:
             return Sgp4(tle=self.lines, without_checksums=without_checksums)
-        except ValidationError as error:
-            first = str(error.errors()[0].get("ctx", {}).get("error", error)).split("\n")[0]
+        except ScenarioError as error:
+            first = str(error).split("\n")[0].removeprefix("tle: ")
         raise ValueError(self._by_line(first))
 
     def _by_line(self, fault: str) -> str:

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import math
 
-from pydantic import Field, ValidationError
+from pydantic import Field
 
+from torquer.base.explain import ScenarioError
 from torquer.base.spec import Spec, Vector
 from torquer.environment.chosen_models import Choice, NoSuchModel
 from torquer.environment.orbit.sgp4 import Sgp4, checksum
@@ -136,7 +137,7 @@ def checked_elements(*lines: bytes) -> tuple[Reason, tuple[str, str] | None]:
     try:
         first, second = (line.decode("ascii") for line in lines)
         found = Sgp4(tle=(first, second)).tle
-    except ValidationError:
+    except ScenarioError:
         sums = all(line[-1:].isdigit() and int(line[-1]) == checksum(line)
                    for line in (first, second))  # fmt: skip
         return Reason.VALUE if sums else Reason.CHECKSUM, None

@@ -10,8 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any, ClassVar
 
-from pydantic import ValidationError
-
+from torquer.base.explain import ScenarioError
 from torquer.base.spec import Spec
 from torquer.environment.chosen_models import NoSuchModel
 from torquer.flight.packets.reasons import Reason
@@ -66,7 +65,7 @@ class Module:
         before = self.settings
         try:
             self.settings = self.settings.model_copy(update=settings)
-        except ValidationError:
+        except ScenarioError:
             return Reason.VALUE
         code = self.take_up(core)
         if code is not Reason.DONE:

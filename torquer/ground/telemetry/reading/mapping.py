@@ -8,13 +8,13 @@ from typing import Annotated
 
 from pydantic import Field, ValidationError, field_validator, model_validator
 
+from torquer.base.explain import explain
 from torquer.base.spec import Spec, Vector
 from torquer.base.time import parse_utc
 from torquer.ground.telemetry.reading.epochs import check_formats, find_epoch, is_clock, is_counted
 from torquer.ground.telemetry.reading.positions import FORMS, PLACE, check_place
 from torquer.ground.telemetry.reading.quantities import COLUMNS, parse_unit, units_for
 from torquer.ground.telemetry.reading.zones import parse_zone
-from torquer.scenario.explain import explain
 from torquer.scenario.toml_text import parse_toml, read_text, to_toml
 
 #: Orders of the numbers of a quaternion in a row.

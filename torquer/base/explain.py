@@ -1,4 +1,4 @@
-"""Errors that pydantic found in a scenario, in the user's terms: key, requirement, value."""
+"""Errors that pydantic found in a file or a spec, in the user's terms: key, requirement, value."""
 
 import difflib
 import json
@@ -43,7 +43,7 @@ M = TypeVar("M", bound=BaseModel)
 
 
 class ScenarioError(ValueError):
-    """Errors in a file: one line each.
+    """Errors in a file or in the keys of a spec: one line each.
 
     >>> try:
     ...     scenario.replace("orbit.altitude_km", -1)
@@ -73,13 +73,18 @@ def validate_tables(spec: type[M], data: dict) -> M:
         raise ScenarioError("\n".join(explain(error, data, spec))) from None
 
 
-def explain(error: ValidationError, data: dict, spec: type[BaseModel]) -> list[str]:
-    """One line per mistake in `data`, the tables of the file; `spec`: what they were to be."""
+def explain(
+    error: ValidationError, data: dict, spec: type[BaseModel], whole: str = "scenario"
+) -> list[str]:
+    """One line per mistake in `data`, the tables of the file; `spec`: what they were to be.
+
+    `whole`: the word for all of it, where no single key is at fault.
+    """
     lines: dict[tuple, str] = {}
     for place, mistakes in _by_place(error, data).items():
         chosen = min(mistakes.values(), key=_strangeness)
         for keys, mistake in chosen:
-            lines[place, keys] = _line(keys, mistake, spec)
+            lines[place, keys] = _line(keys, mistake, spec, whole)
     message = [line for text in lines.values() for line in text.split("\n")]
     return list(dict.fromkeys(message))
 
@@ -90,7 +95,7 @@ def _by_place(error: ValidationError, data: dict) -> dict:
     for mistake in error.errors():
         if mistake["type"] == "too_short" and len(mistake["input"]) >= mistake["ctx"]["min_length"]:
             continue  # long enough, but its members are wrong, and each has its line
-        keys, union, member = _keys(mistake["loc"], data)
+        keys, union, member = _keys(mistake, data)
         if mistake["type"] == "missing" and isinstance(mistake["input"], list | tuple):
             keys = keys[:-1]  # a list that is too short
         place = keys if union is None else union
@@ -98,12 +103,13 @@ def _by_place(error: ValidationError, data: dict) -> dict:
     return found
 
 
-def _keys(loc: tuple, data) -> tuple[tuple, tuple | None, str]:
+def _keys(mistake: Any, data) -> tuple[tuple, tuple | None, str]:
     """(keys that stand in the file, keys of the innermost untagged union, its member).
 
     The loc of pydantic also holds the kind of a tagged union and the type that was tried in an
     untagged one: what is no key of the data at that place, unless it is the last: a missing key.
     """
+    loc, is_missing = mistake["loc"], mistake["type"] == "missing"
     keys: tuple = ()
     union, member, skipped = None, "", False
     for i, part in enumerate(loc):
@@ -111,7 +117,7 @@ def _keys(loc: tuple, data) -> tuple[tuple, tuple | None, str]:
             union, member = keys, part
         elif isinstance(data, dict):
             is_kind = not skipped and part == data.get("kind")
-            if is_kind or (part not in data and i + 1 < len(loc)):
+            if is_kind or (part not in data and not (is_missing and i + 1 == len(loc))):
                 skipped = True  # a table has one kind: the same word again is a key
                 continue
             skipped = False
@@ -126,11 +132,16 @@ def _keys(loc: tuple, data) -> tuple[tuple, tuple | None, str]:
 
 def _strangeness(mistakes: list) -> tuple[int, int]:
     """How far a value is from a member of a union: the nearest one is explained."""
-    strange = sum(mistake["type"] in _OTHER_KIND for _, mistake in mistakes)
+    strange = sum(_is_of_other_kind(mistake) for _, mistake in mistakes)
     return len(mistakes), strange
 
 
-def key_name(keys: tuple) -> str:
+def _is_of_other_kind(mistake: dict) -> bool:
+    is_no_word = mistake["type"] == "literal_error" and not isinstance(mistake["input"], str)
+    return is_no_word or mistake["type"] in _OTHER_KIND
+
+
+def key_name(keys: tuple, whole: str = "scenario") -> str:
     """Keys as the user writes them: `spacecraft.coils.limit_a_m2[1]`; odd ones in quotes."""
     shown = ""
     for key in keys:
@@ -140,15 +151,15 @@ def key_name(keys: tuple) -> str:
             shown += f".{key}"
         else:
             shown += f".{json.dumps(key, ensure_ascii=False)}"
-    return shown.removeprefix(".") or "scenario"
+    return shown.removeprefix(".") or whole
 
 
-def _line(keys: tuple, mistake: dict, spec: type[BaseModel]) -> str:
+def _line(keys: tuple, mistake: dict, spec: type[BaseModel], whole: str) -> str:
     """The error; the package's own check may report several, a line each."""
-    key, kind, context = key_name(keys), mistake["type"], mistake.get("ctx", {})
-    received = _quote(mistake["input"])
+    key, kind, context = key_name(keys, whole), mistake["type"], mistake.get("ctx", {})
+    received = quote(mistake["input"])
     if kind == "value_error":
-        return "\n".join(_own_line(keys, line) for line in str(context["error"]).split("\n"))
+        return "\n".join(_own_line(keys, line, whole) for line in str(context["error"]).split("\n"))
     if kind == "missing":
         if isinstance(mistake["input"], list | tuple):
             return f"{key}: must have {mistake['loc'][-1] + 1} values; received {received}"
@@ -160,11 +171,12 @@ def _line(keys: tuple, mistake: dict, spec: type[BaseModel]) -> str:
     if kind == "too_short":
         return f"{key}: must have {context['min_length']} or more values; received {received}"
     if kind == "too_long":
-        return f"{key}: must have {context['max_length']} values; received {received}"
+        most = "at most " if _varies(spec, mistake["loc"]) else ""
+        return f"{key}: must have {most}{context['max_length']} values; received {received}"
     if kind in ("union_tag_not_found", "union_tag_invalid"):
         given = mistake["input"].get("kind")
-        received = "nothing" if given is None else _quote(given)
-        known = _kinds_at(keys) or re.findall(r"'([^']+)'", context.get("expected_tags", ""))
+        received = "nothing" if given is None else quote(given)
+        known = _kinds_at(spec, mistake["loc"])
         near = difflib.get_close_matches(str(given), known, 1)
         text = f" (did you mean {near[0]}?)" if near else ""
         return f"{key}.kind: must be one of {', '.join(known)}; received {received}{text}"
@@ -172,53 +184,32 @@ def _line(keys: tuple, mistake: dict, spec: type[BaseModel]) -> str:
     return f"{key}: {must}; received {received}"
 
 
-def _kinds_at(keys: tuple):
-    """Kinds that a table may have."""
-    named_kinds, kinds = _known_kinds()
-    named = named_kinds.get(keys[-2]) if len(keys) > 1 and isinstance(keys[-1], str) else None
-    words = [key for key in keys if isinstance(key, str)]
-    return named or kinds.get(".".join(words[-2:])) or kinds.get(words[-1], ())
+def _kinds_at(spec: type[BaseModel], loc: tuple) -> list[str]:
+    """Kinds that a table may have in a file: what comes from Python alone is not named."""
+    tables = [each for each in _types_at(spec, loc) if _is_table(each)]
+    in_files = [each for each in tables if getattr(each, "in_files", True)]
+    return list(dict.fromkeys(kind for each in in_files for kind in _kinds(each)))
 
 
-def _known_kinds() -> tuple[dict, dict]:
-    """Kinds of tables under names of the user's choice, by the word before the name; and of tables
-    whose `kind` determines their keys, by the last word of their place or the last two.
-
-    Imported for a mistake only: whoever reads files without a satellite needs none of it.
-    """
-    from torquer.computer.estimation import ESTIMATORS
-    from torquer.computer.laws import BUILT_IN, LAWS
-    from torquer.environment.earth.atmosphere import ATMOSPHERES
-    from torquer.environment.field import FIELDS
-    from torquer.environment.orbit import ORBITS
-    from torquer.environment.orbit.numerical import STARTS
-    from torquer.spacecraft.masses import MASSES
-    from torquer.spacecraft.parts import PARTS
-    from torquer.spacecraft.wheel_array.presets import LAYOUTS
-
-    return {"laws": LAWS, "estimators": ESTIMATORS}, {
-        "orbit": ORBITS,
-        "start": STARTS,
-        "atmosphere": ATMOSPHERES,
-        "field": FIELDS,
-        "law": (*BUILT_IN, "scheme", "user"),
-        "estimator": ESTIMATORS,
-        "layout": LAYOUTS,
-        "parts": PARTS,
-        "body.parts": MASSES,
-    }
+def _varies(spec: type[BaseModel], loc: tuple) -> bool:
+    """Whether the lists that a place may hold have no length of their own."""
+    lists = [each for each in _types_at(spec, loc) if get_origin(each) in (tuple, list)]
+    return bool(lists) and all(get_args(each)[-1] is Ellipsis or get_origin(each) is list
+                               for each in lists)  # fmt: skip
 
 
-def _own_line(keys: tuple, text: str) -> str:
+def _own_line(keys: tuple, text: str, whole: str) -> str:
     """The line of the package's own check, 'name: what must hold', led by the whole key."""
     name, _, rest = text.partition(": ")
     if not rest:
-        return f"{key_name(keys)}: {text}"
+        return f"{key_name(keys, whole)}: {text}"
     words = name.split()
+    if text[:1] in ("[", ":"):  # of the value at the key, or of a part of it
+        return f"{key_name(keys, whole)}{text}"
     if words[-1].rpartition(".")[2] in keys:
-        return f"{key_name(keys)}: {rest}"
+        return f"{key_name(keys, whole)}: {rest}"
     if len(words) > 1:
-        return f"{key_name(keys)}: {text}"
+        return f"{key_name(keys, whole)}: {text}"
     return f"{key_name((*keys, *_words(name)))}: {rest}"
 
 
@@ -227,7 +218,8 @@ def _words(name: str) -> list[str]:
     return [quoted or plain for quoted, plain in re.findall(r'"([^"]*)"|([^."]+)', name)]
 
 
-def _quote(value) -> str:
+def quote(value) -> str:
+    """A value as a message shows it."""
     try:
         shown = repr(value)
     except ValueError:  # Python does not write out the longest integers
@@ -240,11 +232,17 @@ def _quote(value) -> str:
 
 def known_keys(spec: type[BaseModel], loc: tuple) -> list[str]:
     """Keys of the table at a place, as pydantic names it (with kinds and members of unions)."""
+    at = _types_at(spec, loc)
+    tables = {each: None for each in at if _is_table(each)}  # in order, each once
+    return list(dict.fromkeys(key for table in tables for key in table.model_fields))
+
+
+def _types_at(spec: type[BaseModel], loc: tuple) -> list:
+    """Types that a value may have at a place, as pydantic names it."""
     at: list[Any] = [spec]
     for part in loc:
         at = [inner for each in at for inner in _within(each, part)]
-    tables = {each: None for each in at if _is_table(each)}  # in order, each once
-    return list(dict.fromkeys(key for table in tables for key in table.model_fields))
+    return at
 
 
 def suggestion(key: str, known: list[str]) -> str:
