@@ -130,8 +130,7 @@ LEFT_OUT: tuple[Omission, ...] = (
     Omission("SDOT", "Figs. 3.1 to 3.10", "photographs and a drawing of the satellite"),
     Omission("MAG", "coils of Chibis-M, solenoids with a core of permalloy (App. II)",
              "neither size, turns, current nor the core's permeability are printed, only 3.2 A "
-             "m^2; `torquer design coil` sizes coils without a core, and a core is a factor of "
-             "the winding, `core_gain`, that a user measures"),
+             "m^2; `torquer design coil` has the formulas of a coil with a core"),
     Omission("MAG", "Sun simulator, a lamp of 80 000 lx up to 1.5 m (App. II)",
              "a purchased lamp: no number follows from another"),
     Omission("MAG", "the first of two tables that are both numbered II.1, sensors",

@@ -44,7 +44,7 @@ def compute() -> Answer:
     note = (
         f"Coils of {DIPOLE:g} A m^2, {DIAMETER_M:g} m, {MASS_KG:g} kg, chosen. The introduction "
         "has turns about a core, its formulas none. The coils of Chibis-M have a core of "
-        "permalloy and are left out, see there."
+        "permalloy; nothing about it is printed that could be compared, see what is left out."
     )
     return Answer(checks, {"": picture()}, note)
 

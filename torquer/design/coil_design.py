@@ -1,10 +1,11 @@
-"""Sizing of a magnetorquer without a core: turns, wire, resistance, voltage and time constant.
+"""Sizing of a magnetorquer: turns, wire, resistance, voltage and time constant.
 
 A coil of N round turns of diameter d, wire of cross-section s, density g and resistivity rho has
 the mass M = N pi d s g, the resistance R = N pi d rho / s and, at the current I, the power
 P = I^2 R and the dipole m = N I pi d^2/4. Eliminating N, I and s gives m = (d/4) sqrt(P M/(g rho)).
 The density of the current is I/s = 4 m g/(d M), whatever the wire: beyond `MELTS_A_MM2` there is no
-such coil.
+such coil. A core in it multiplies the dipole (`torquer.design.coil_core`): the winding is that of a
+coil without one, of a dipole as many times less.
 """
 
 import math
@@ -14,6 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from torquer.base.conventions import MU_0_H_M
 from torquer.base.limits import RequestError
 from torquer.base.rows import Row, as_data, as_html, as_text
+from torquer.design.coil_core import Core
 from torquer.design.requests import CoilRequest
 
 if TYPE_CHECKING:
@@ -48,8 +50,9 @@ CONDUCTORS = {
 class Coil(NamedTuple):
     """A coil: what it weighs and takes at its dipole; `awg`: gauge of its wire.
 
-    `inductance_h`: of a ring of round section; `time_constant_s`: L/R. `bundle_m`: diameter of the
-    wound section with a filling of `FILLING`.
+    `inductance_h`: of a ring of round section, with a core of a long solenoid about it;
+    `time_constant_s`: L/R. `bundle_m`: diameter of the wound section with a filling of `FILLING`,
+    with a core the thickness of the winding on it.
     """
 
     awg: int
@@ -89,11 +92,13 @@ def greatest_dipole(diameter_m: float, mass_kg: float, conductor: Conductor) -> 
     return 1e6 * MELTS_A_MM2 * diameter_m * mass_kg / (4.0 * conductor.density_kg_m3)
 
 
-def _refuse_melting(dipole: float, diameter_m: float, mass_kg: float, conductor: Conductor) -> None:
+def _refuse_melting(
+    dipole: float, diameter_m: float, mass_kg: float, conductor: Conductor, gain: float
+) -> None:
     """RequestError, with what limits it, for a coil whose wire melts."""
-    if not melts(dipole, diameter_m, mass_kg, conductor):
+    most = gain * greatest_dipole(diameter_m, mass_kg, conductor)
+    if dipole <= most:
         return
-    most = greatest_dipole(diameter_m, mass_kg, conductor)
     density, needed_kg = MELTS_A_MM2 * dipole / most, mass_kg * dipole / most
     raise RequestError(
         "dipole_a_m2",
@@ -120,13 +125,24 @@ def inductance_h(turns: int, diameter_m: float, bundle_m: float) -> float:
     return turns**2 * MU_0_H_M * radius * (math.log(8.0 * radius / section) - 1.75)
 
 
+def inductance_about_core_h(turns: int, diameter_m: float, core: Core) -> float:
+    """Inductance [H] of a long solenoid about a core: mu0 N^2 S/l times the gain of the core."""
+    area = 0.25 * math.pi * diameter_m**2
+    return turns**2 * MU_0_H_M * area / core.length_m * core.gain(diameter_m)
+
+
 def wind_coil(
-    dipole: float, diameter_m: float, mass_kg: float, conductor: Conductor, awg: int
+    dipole: float,
+    diameter_m: float,
+    mass_kg: float,
+    conductor: Conductor,
+    awg: int,
+    core: Core | None = None,
 ) -> Coil:
     """The coil of whole turns of a gauge that comes nearest to a mass, at its dipole.
 
-    RequestError where the mass is less than one turn, where the winding would fill the coil, or
-    where the wire would melt.
+    RequestError where the mass is less than one turn, where the winding would fill the coil or not
+    leave room for the core, or where the wire would melt.
     """
     wire = wire_diameter_m(awg)
     section = 0.25 * math.pi * wire**2
@@ -138,23 +154,43 @@ def wind_coil(
             "mass_kg",
             f"must be at least one turn of AWG {awg}, {per_turn:.3g} kg; received {mass_kg:g}",
         )
-    bundle = math.sqrt(4.0 * turns * section / (math.pi * FILLING))
-    if bundle > 0.25 * diameter_m:
-        raise RequestError(
-            "mass_kg",
-            f"must leave a winding no thicker than a quarter of diameter_m; received {mass_kg:g} "
-            f"kg, which is {bundle:.3g} m thick",
-            "diameter_m",
-        )
-    _refuse_melting(dipole, diameter_m, mass_kg, conductor)
+    bundle = _thickness_m(turns * section, wire, diameter_m, mass_kg, core)
+    gain = core.gain(diameter_m) if core else 1.0
+    _refuse_melting(dipole, diameter_m, mass_kg, conductor, gain)
     resistance = turns * turn_m * conductor.resistivity_ohm_m / section
-    current = dipole / (turns * 0.25 * math.pi * diameter_m**2)
-    inductance = inductance_h(turns, diameter_m, bundle)
+    current = dipole / (gain * turns * 0.25 * math.pi * diameter_m**2)
+    inductance = (
+        inductance_about_core_h(turns, diameter_m, core)
+        if core
+        else inductance_h(turns, diameter_m, bundle)
+    )
     return Coil(
         awg, wire, turns, turns * per_turn, resistance, current, current * resistance,
         current**2 * resistance, 1e-6 * current / section, bundle, inductance,
         inductance / resistance,
     )  # fmt: skip
+
+
+def _thickness_m(
+    metal_m2: float, wire_m: float, diameter_m: float, mass_kg: float, core: Core | None
+) -> float:
+    """How thick a winding of a section of metal [m^2] is; RequestError where it has no room."""
+    if core is None:
+        thickness, most = math.sqrt(4.0 * metal_m2 / (math.pi * FILLING)), 0.25 * diameter_m
+        room, keys = "a quarter of diameter_m", ("diameter_m",)
+    else:
+        thickness = max(wire_m, metal_m2 / (FILLING * core.length_m))
+        most = diameter_m - core.diameter_m
+        room = f"{most:.3g} m, as diameter_m is that of the mean turn about core_diameter_m"
+        keys = ("diameter_m", "core_diameter_m")
+    if thickness > most:
+        raise RequestError(
+            "mass_kg",
+            f"must leave a winding no thicker than {room}; received {mass_kg:g} kg, which is "
+            f"{thickness:.3g} m thick",
+            *keys,
+        )
+    return thickness
 
 
 def fitting_gauges(
@@ -164,6 +200,7 @@ def fitting_gauges(
     conductor: Conductor,
     voltage_v: float | None = None,
     current_a: float | None = None,
+    core: Core | None = None,
 ) -> list[Coil]:
     """Coils of the gauges that keep within a voltage [V] and a current [A], thickest wire first.
 
@@ -172,7 +209,7 @@ def fitting_gauges(
     coils, why = [], None
     for awg in GAUGES:
         try:
-            coils.append(wind_coil(dipole, diameter_m, mass_kg, conductor, awg))
+            coils.append(wind_coil(dipole, diameter_m, mass_kg, conductor, awg, core))
         except RequestError as error:
             why = error
     if why and not coils:
@@ -221,15 +258,38 @@ class CoilSizes:
                 turns=each.turns,
                 area_m2=area,
                 current_a=each.current_a,
+                core_gain=self.core_gain,
                 resistance_ohm=each.resistance_ohm,
             )
             for each in self.coils
         ]
 
+    @property
+    def core_gain(self) -> float:
+        """Dipole with the core over that without; 1 without one."""
+        core = self.request.core()
+        return core.gain(self.request.diameter_m) if core else 1.0
+
+    def core_rows(self) -> list[Row]:
+        """Of the core: its gain, how far it is magnetised, its mass; none without one."""
+        asked = self.request
+        if (core := asked.core()) is None:
+            return []
+        polarisation = core.polarisation_t(asked.dipole_a_m2, asked.diameter_m)
+        most = core.greatest_dipole(asked.diameter_m)
+        return [
+            Row("gain", "gain", self.core_gain, text=f"{self.core_gain:.3g}"),
+            Row("polarisation_t", "magnetised to", polarisation, "T", f"{polarisation:.3g}"),
+            Row("saturates_at_a_m2", "saturates at", most, "A m^2", f"{most:.3g}"),
+            Row("mass_kg", "mass", core.mass_kg, "kg", f"{core.mass_kg:.3g}"),
+        ]
+
     def data(self) -> dict:
         """Plain data, with units in the keys."""
         coils = [as_data(row) for row in self.table()]
-        return {"power_w": self.power_w, "metal": self.request.metal, "coils": coils}
+        core = as_data(self.core_rows())
+        found = {"power_w": self.power_w, "metal": self.request.metal, "coils": coils}
+        return found | ({"core": core} if core else {})
 
     def lines(self) -> list[str]:
         """The answer as text."""
@@ -239,12 +299,22 @@ class CoilSizes:
         return [
             f"{asked.dipole_a_m2:g} A m^2, turns of {asked.diameter_m:g} m, {asked.mass_kg:g} kg "
             f"of wire at {asked.temperature_c:g} deg C: {shares}",
+            *self._core_line(),
             f"wire of {asked.metal}:",
             *as_text(self.table(), 10),
         ]
 
+    def _core_line(self) -> list[str]:
+        """The core in words, if there is one."""
+        rows = self.core_rows()
+        if not rows:
+            return []
+        core = self.request
+        found = ", ".join(f"{row.label} {row.text} {row.unit}".rstrip() for row in rows)
+        return [f"core of {core.core_length_m:g} m, {core.core_diameter_m:g} m thick: {found}"]
+
     def _repr_html_(self) -> str:
-        return as_html(self.table(), self.lines()[:1])
+        return as_html(self.table(), self.lines()[:1] + self._core_line())
 
 
 def _row(coil: Coil) -> list[Row]:
@@ -267,16 +337,39 @@ def _row(coil: Coil) -> list[Row]:
 
 
 def coil(request: CoilRequest) -> CoilSizes:
-    """A magnetorquer without a core: its power in copper and aluminium, and its wire by gauge.
+    """A magnetorquer: its power in copper and aluminium, its wire by gauge, and what a core does.
 
-    RequestError where no gauge keeps within voltage and current, or where the wire would melt.
+    RequestError where no gauge keeps within voltage and current, where the wire would melt, or
+    where the core would saturate.
 
         coil(CoilRequest(dipole_a_m2=3.2, diameter_m=0.3, mass_kg=0.4)).power_w["copper"]   # 0.7 W
     """
-    sizes = request.dipole_a_m2, request.diameter_m, request.mass_kg
+    core, diameter_m = request.core(), request.diameter_m
+    if core:
+        _refuse_saturation(request, core)
+    dipole = request.dipole_a_m2 / (core.gain(diameter_m) if core else 1.0)
+    of_winding = dipole, diameter_m, request.mass_kg
     metals = {name: metal.at(request.temperature_c) for name, metal in CONDUCTORS.items()}
     return CoilSizes(
         request,
-        {n: coil_power(*sizes, metal) for n, metal in metals.items() if not melts(*sizes, metal)},
-        fitting_gauges(*sizes, metals[request.metal], request.voltage_v, request.current_a),
-    )
+        {
+            name: coil_power(*of_winding, metal)
+            for name, metal in metals.items()
+            if not melts(*of_winding, metal)
+        },
+        fitting_gauges(
+            request.dipole_a_m2, diameter_m, request.mass_kg, metals[request.metal],
+            request.voltage_v, request.current_a, core,
+        ),
+    )  # fmt: skip
+
+
+def _refuse_saturation(request: CoilRequest, core: Core) -> None:
+    """RequestError where a core cannot have its part of the dipole."""
+    most = core.greatest_dipole(request.diameter_m)
+    if request.dipole_a_m2 > most:
+        raise RequestError(
+            "dipole_a_m2",
+            f"must be at most {most:.3g} A m^2 with this core, which saturates at "
+            f"{core.saturation_t:g} T; received {request.dipole_a_m2:g}",
+        )

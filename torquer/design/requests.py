@@ -5,7 +5,16 @@ These classes stand apart from the functions, so that the help of a command load
 
 from typing import Annotated, Literal, NamedTuple
 
-from torquer.base.limits import Range, Three, at_least, positive, request, within
+from torquer.base.limits import (
+    Range,
+    RequestError,
+    Three,
+    at_least,
+    positive,
+    request,
+    within,
+)
+from torquer.design.coil_core import PERMALLOY, SLENDER, Core
 
 
 class Key(NamedTuple):
@@ -192,6 +201,38 @@ class CoilRequest:
     """Greatest voltage; thinner wire needs more [no limit]."""
     current_a: Annotated[float | None, positive()] = None
     """Greatest current; thicker wire needs more [no limit]."""
+    core_length_m: Annotated[float | None, positive()] = None
+    """Length of a rod in the coil, which is wound over all of it [no core]."""
+    core_diameter_m: Annotated[float | None, positive()] = None
+    """Diameter of the rod [no core]."""
+    core_permeability: Annotated[float | None, at_least(1.0)] = None
+    """Relative permeability of the rod [20 000, of permalloy]."""
+    core_saturation_t: Annotated[float | None, positive()] = None
+    """Saturation of the rod [0.75, of permalloy]."""
+
+    def __post_init__(self):
+        sizes = ("core_length_m", "core_diameter_m")
+        given = [key for key in (*sizes, "core_permeability", "core_saturation_t")
+                 if getattr(self, key) is not None]  # fmt: skip
+        for key in sizes:
+            if given and getattr(self, key) is None:
+                raise RequestError(key, f"must be given with {given[0]}", given[0])
+        if not given:
+            return
+        length, rod = self.core_length_m, self.core_diameter_m
+        if length < SLENDER * rod:
+            must = f"must be at least {SLENDER:g} times core_diameter_m, a long rod"
+            raise RequestError("core_length_m", f"{must}; received {length:g}", "core_diameter_m")
+        if rod >= self.diameter_m:
+            must = f"must be less than diameter_m, that of the turns, {self.diameter_m:g}"
+            raise RequestError("core_diameter_m", f"{must}; received {rod:g}", "diameter_m")
+
+    def core(self) -> Core | None:
+        """The rod in the coil, if there is one."""
+        if self.core_length_m is None or self.core_diameter_m is None:
+            return None
+        metal = self.core_permeability or PERMALLOY[0], self.core_saturation_t or PERMALLOY[1]
+        return Core(self.core_length_m, self.core_diameter_m, *metal)
 
 
 @request

@@ -61,7 +61,9 @@ def test_lines_are_those_of_the_free_motion(moments):
     peaks = 1 + np.flatnonzero((power[1:-1] > power[:-2]) & (power[1:-1] >= power[2:]))
     peaks = peaks[power[peaks] > 0.02 * power[peaks].max()]
     step = 2.0 * np.pi / 2000.0
-    known = np.array([rate for rate, part in field_lines_rad_s(np.diag(moments), omega) if part > 0.02])
+    known = np.array(
+        [rate for rate, part in field_lines_rad_s(np.diag(moments), omega) if part > 0.02]
+    )
     for peak in step * peaks:
         assert np.abs(known - peak).min() < 1.5 * step, peak
 

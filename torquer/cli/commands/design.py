@@ -217,10 +217,11 @@ def mission(
 
 
 def coil(*, how: Annotated[CoilRequest, FLAT], json: Json = False) -> int:
-    """A magnetorquer without a core: power of copper and aluminium, and its wire by gauge.
+    """A magnetorquer with or without a core: power of copper and aluminium, and its wire by gauge.
 
     The power follows from dipole, diameter and mass alone; the gauge divides it between voltage and
-    current. Round turns of bare wire are assumed; the wound section is 60 % metal.
+    current. Round turns of bare wire are assumed; the wound section is 60 % metal. A core is a long
+    rod of a soft magnetic metal, its gain that of an ellipsoid; a cylinder differs by some 15 %.
     """
     from torquer.design.coil_design import coil as answer
 

@@ -91,17 +91,17 @@ def gyro_page(made: GyroDesign) -> Page:
 
 
 def coil_page(answer: CoilSizes) -> Page:
-    """Of a coil without a core."""
+    """Of a coil."""
     asked = answer.request
     given = [(key_words(x.name), getattr(asked, x.name), key_unit(x.name)) for x in fields(asked)]
     own = Source(OWN, source_table()["source"][OWN], ())
     return Page(
-        title="Magnetorquer without a core",
+        title="Magnetorquer with a core" if asked.core() else "Magnetorquer without a core",
         question=f"Which wire gives {asked.dipole_a_m2:g} A m² with {asked.mass_kg:g} kg?",
         verdict=answer.lines()[0],
         look="open",
         plots=[Plot(lambda part: draw_coils(answer, part))],
-        numbers=(),
+        numbers=[(row.label, f"{row.text} {row.unit}".strip()) for row in answer.core_rows()],
         table=cells_of(answer.table()),
         models=[
             (words.capitalize(), f"{value_in_words(value)} {unit}".strip(' "'))
