@@ -8,7 +8,7 @@ import pytest
 import torquer
 from torquer.campaign.faults.fly import fly_faults
 from torquer.compile import engine
-from torquer.design.mission_parts import FAILS, HOLDS, LEFT_OUT, walk
+from torquer.design.mission_parts import FAILS, HOLDS, LEFT_OUT, _bare, walk
 from torquer.design.mission_pointing import (
     FlownLaws,
     error_that_counts,
@@ -103,3 +103,15 @@ def test_wheels_are_judged_by_the_momentum_and_the_torque_of_slews(key, value, w
     slews = slews_of(LOOKS)
     assert slews == {"rate_deg_s": 1.0, "acceleration_deg_s2": 0.1}
     assert any(f"would work: {key}" in point for point in part.open) == (state == FAILS)
+
+
+def test_a_limit_of_the_attitude_is_none_of_the_gain_that_stops_it():
+    """A file with wheels limits its attitude; B-dot, designed for it, holds none."""
+    given = LOOKS.replace("mission", {"attitude_error_below_deg": 5.0, "within_s": 900.0})
+    assert _bare(given).mission is None
+    limits = {"attitude_error_below_deg": 5.0, "rate_below_deg_s": 0.2, "within_s": 900.0}
+    left = _bare(LOOKS.replace("mission", limits)).mission
+    assert (left.rate_below_deg_s, left.within_s) == (0.2, 900.0)
+    assert left.attitude_error_below_deg is None
+    part = walk("detumbling", given, MissionRequest(tip_off_deg_s=2.0, runs=2))
+    assert "not designed" not in part.words and "releases stay below" in part.words

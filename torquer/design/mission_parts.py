@@ -63,10 +63,17 @@ class Part(NamedTuple):
 
 
 def _bare(scenario: Scenario) -> Scenario:
-    """The scenario with its control cycle, but without laws: what gains are designed for."""
-    return flight(scenario, Off().law(), 1.0, 1.0).replace(
+    """The scenario with its control cycle, but without laws: what gains are designed for.
+
+    Of its mission the limits of rates stay: others are for an attitude that its laws hold.
+    """
+    bare = flight(scenario, Off().law(), 1.0, 1.0).replace(
         "initial", scenario.initial.model_dump(mode="json", exclude_none=True)
     )
+    given = {} if scenario.mission is None else scenario.mission.model_dump(exclude_none=True)
+    rates = {key: value for key, value in given.items() if key.startswith("rate_")}
+    within = {key: given[key] for key in ("within_s",) if rates and key in given}
+    return bare.replace("mission", rates | within or None)
 
 
 def _has_bdot(scenario: Scenario) -> bool:
@@ -79,7 +86,8 @@ def detumbling(scenario: Scenario, request: MissionRequest) -> Part:
     asked = DetumbleRequest(
         tip_off_deg_s=request.tip_off_deg_s, gains=_GAINS, runs=request.runs, times=_TIMES
     )
-    sweep = detumble(scenario if _has_bdot(scenario) else _bare(scenario), asked)
+    scenario = scenario if _has_bdot(scenario) else _bare(scenario)
+    sweep = detumble(scenario, asked)
     best, goal = sweep.chosen, f"below {sweep.below_deg_s:.3g} deg/s"
     count, runs = best.settled_within(sweep.wanted.allowed_s), len(best.settled_s)
     words = f"{count} of {runs} releases stay {goal}, half of them after "
