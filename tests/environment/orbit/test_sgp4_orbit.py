@@ -180,8 +180,8 @@ ONE, TWO = CHIBIS
         ),
         (
             (ONE, changed(TWO, 53, " 0.00100000")),
-            "orbit: must stay within 1500000 km of the Earth's centre, its Hill sphere; received "
-            "one that goes out to 4.22899e+06 km",
+            "tle: its orbit must stay within 1500000 km of the Earth's centre, its Hill sphere; "
+            "received one that goes out to 4.22899e+06 km",
         ),
         ((ONE,), "tle: must have two lines, or three with a name; received 1"),
     ),
