@@ -11,6 +11,7 @@ import sgp4
 from sgp4.api import Satrec, jday
 from skyfield.api import EarthSatellite, load
 
+from torquer.base.explain import ScenarioError
 from torquer.base.time import parse_utc
 from torquer.environment.earth.rotation import teme_to_gcrf
 from torquer.environment.orbit import Sgp4
@@ -94,9 +95,9 @@ def changed(line: str, column: int, text: str) -> str:
 
 
 def refusal(*lines) -> str:
-    with pytest.raises(ValueError) as error:
+    with pytest.raises(ScenarioError) as error:
         Sgp4(tle=lines)
-    return error.value.errors()[0]["msg"].removeprefix("Value error, ")
+    return str(error.value).replace("tle: tle line", "tle line")
 
 
 ONE, TWO = CHIBIS
@@ -179,8 +180,8 @@ ONE, TWO = CHIBIS
         ),
         (
             (ONE, changed(TWO, 53, " 0.00100000")),
-            "orbit: must stay within 1500000 km of the Earth's centre, its Hill sphere; received "
-            "one that goes out to 4.22899e+06 km",
+            "tle: its orbit must stay within 1500000 km of the Earth's centre, its Hill sphere; "
+            "received one that goes out to 4.22899e+06 km",
         ),
         ((ONE,), "tle: must have two lines, or three with a name; received 1"),
     ),

@@ -194,7 +194,7 @@ WRONG = {
     "last": (dict(type="u8", polynomial=(1, 2, 0)), "the last not 0; received .1.0, 2.0, 0.0."),
     "tiny": (dict(type="u8", polynomial=(1, 2, 1e-40)), "must have 3 to 12 coefficients"),
     "wide": (dict(type="u64", offset=-1), "offset: must leave values within 64 bits; received -1"),
-    "infinite": (dict(type="u8", offset=math.inf), "finite number"),
+    "infinite": (dict(type="u8", offset=math.inf), "must be finite"),
     "key": (dict(type="u8", labels={"x": "A"}), "must have whole numbers for keys"),
     "key twice": (dict(type="u8", labels={"1": "A", "01": "B"}), "must have the key 1 once"),
     "zero twice": (dict(type="i8", labels={"0": "A", "-0": "B"}), "must have the key 0 once"),

@@ -144,7 +144,10 @@ def _range_faults(first: str, second: str) -> list[str]:
 
 def _check_size(second: str) -> None:
     """Raise `ValueError` for an orbit beyond the Hill sphere."""
-    check_farthest(_extent(second).apogee_m)
+    try:
+        check_farthest(_extent(second).apogee_m)
+    except ValueError as error:  # of the key that an element set has
+        raise ValueError(str(error).replace("orbit: ", "tle: its orbit ", 1)) from None
 
 
 def _extent(second: str) -> Extent:

@@ -45,9 +45,10 @@ def input_labels(keys: Iterable[str]) -> dict[str, str]:
 
 def _input_label(key: str) -> str:
     """`control.law.gain_a_m2_s_per_t` is law gain [A m² s/T]; parts as in `as_columns`."""
-    place, cosine, within = _INPUT.fullmatch(key.strip("|")).groups()
-    *_, table, last = ["", *place.split(".")]
-    words = " ".join(f"{table} {key_words(last)}".replace("_", " ").split())
+    found = _INPUT.fullmatch(key.strip("|"))
+    place, cosine, within = found.groups() if found else (key, None, "")
+    *table, last = place.split(".")[-2:]
+    words = " ".join([*table, key_words(last)]).replace("_", " ")
     if key.startswith("|"):
         words = f"size of {words}"
     if cosine:

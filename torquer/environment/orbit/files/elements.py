@@ -64,7 +64,7 @@ class TwoLines(NamedTuple):
         try:
             return Sgp4(tle=self.lines, without_checksums=without_checksums)
         except ScenarioError as error:
-            first = str(error).split("\n")[0].removeprefix("tle: ")
+            first = str(error).split("\n")[0].replace("tle: tle line", "tle line")
         raise ValueError(self._by_line(first))
 
     def _by_line(self, fault: str) -> str:
