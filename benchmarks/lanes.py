@@ -35,6 +35,9 @@ spacecraft.gyro = { noise_deg_s = 0.01, bias_drift_deg_s_sqrt_s = 1e-4 }
 UNREAD = "spacecraft.attitude_sensor.noise_deg = 0.01\n"
 FILTER = """
 spacecraft.sun_sensors.preset = "dss3"
+[control.law]
+kind = "bdot_rate"
+gain_a_m2_s_per_t = 4e4
 [control.estimator]
 kind = "kalman_gyro"
 sensors = ["magnetometer", "sun"]
@@ -98,7 +101,8 @@ duration_s = {DURATION_S}
 step_s = 1.0
 record_s = 20.0
 """
-ON_WHEELS = SCENARIO.replace(LAW, "control.sample_s = 1.0") + WHEELS
+PLAIN = SCENARIO.replace(LAW, "control.sample_s = 1.0")
+ON_WHEELS = PLAIN + WHEELS
 ADAPTIVE = SCENARIO.replace(", step_s = 1.0", "")
 RARE = ADAPTIVE.replace("sample_s = 1.0", "sample_s = 10.0")
 SLOW = ADAPTIVE.replace("[5, 4, 3]", "[0.5, 0.4, 0.3]")
@@ -108,8 +112,8 @@ CASES = {
     "the same, and of a sensor that no law takes": SCENARIO + NOISE + UNREAD,
     "RK4, two magnetometers, two gyros": SCENARIO + SEVERAL,
     "RK4, a law of the user's": SCENARIO[: SCENARIO.index(LAW)] + OWN_LAW,
-    "RK4, noise, Kalman filter": SCENARIO + NOISE + FILTER,
-    "RK4, modes": SCENARIO.replace(LAW, "control.sample_s = 1.0") + MODES,
+    "RK4, noise, Kalman filter": PLAIN + NOISE + FILTER,
+    "RK4, modes": PLAIN + MODES,
     "RK4, four wheels": ON_WHEELS,
     "adaptive, up to 0.7 deg/s": SLOW,
     "adaptive, up to 7 deg/s": ADAPTIVE,

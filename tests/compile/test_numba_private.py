@@ -79,7 +79,9 @@ OF_CLASSES = {
         "_guard_against_spurious_io_errors", "_impl_class", "_index_key", "_load_overload",
         "cache_path", "load_overload", "save_overload",
     ],
-    CompileResultCacheImpl: ["_locator_classes", "filename_base", "locator", "rebuild"],
+    CompileResultCacheImpl: [
+        "_locator_classes", "filename_base", "locator", "rebuild", "reduce",
+    ],
     IndexDataCacheFile: [
         "_data_path", "_load_data", "_load_index", "_open_for_write", "load", "save",
     ],
@@ -94,7 +96,7 @@ OF_CLASSES = {
 #: Attributes that an instance gets from the code of its class, or of one above it.
 OF_INSTANCES = {
     CPUDispatcher: ["_cache", "overloads", "py_func", "targetctx", "targetoptions"],
-    JITCodeLibrary: ["_codegen", "_final_module", "_finalized", "_reload_init"],
+    JITCodeLibrary: ["_codegen", "_final_module", "_finalized", "_reload_init", "_shared_module"],
     PassManager: ["_finalized", "passes"],
     FunctionCache: ["_cache_file", "_cache_path", "_impl", "_py_func"],
     IndexDataCacheFile: ["_cache_path", "_index_path"],
@@ -128,6 +130,7 @@ def test_instances_get_the_attributes(owner):
 def test_codegen_knows_its_machine_and_environments():
     codegen = cpu_target.target_context.codegen()
     assert codegen._tm and codegen.set_env and codegen.magic_tuple()
+    assert isinstance(codegen._engine._defined_symbols, set)
 
 
 def imported(tree: ast.AST) -> set[tuple[str, str]]:

@@ -33,6 +33,7 @@ from torquer.compile.numba_private import (
     lower_setattr_generic,
     signature_of,
 )
+from torquer.compile.references import short_name
 
 #: Members side by side: two vectors of eight, or four of four.
 LANES = 16
@@ -86,7 +87,7 @@ class _Lane(types.Type):
 
     def __init__(self, kind):
         self.kind = kind
-        super().__init__(name=f"Lane({kind})")
+        super().__init__(name=short_name("Lane", kind))
 
 
 @register_model(_Lane)
@@ -262,7 +263,7 @@ class LaneLayout:
 class _LayoutType(types.Opaque):
     def __init__(self, state, plant):
         self.state, self.plant = state, plant
-        super().__init__(name=f"LaneLayout({state}, {plant})")
+        super().__init__(name=short_name("LaneLayout", state, plant))
 
 
 register_model(_LayoutType)(models.OpaqueModel)

@@ -118,6 +118,20 @@ class References:
             self._write("unknown", home, name, user.__code__.co_filename)
 
 
+def short_name(kind: str, *described: Any) -> str:
+    """Name of a type that a long text describes.
+
+    Numba puts the names of arguments' types into every symbol, and types with the same name are
+    one to it. With the text of all records in them symbols were 31 000 letters long and 95 % of
+    what was compiled.
+
+        >>> short_name("Address", "Record(...)")
+        'Address(6dcd4690ea095ec12af3de030e5921ae)'
+    """
+    digest = hashlib.sha256(", ".join(map(str, described)).encode())
+    return f"{kind}({digest.hexdigest()[:32]})"
+
+
 def _home(value) -> str:
     return getattr(value, "__module__", None) or type(value).__module__
 

@@ -16,6 +16,7 @@ from torquer.compile.numba_private import (
     infer_getattr,
     lower_getattr_generic,
 )
+from torquer.compile.references import short_name
 from torquer.compile.when_compiling import OPTIONS
 
 _WORD = ir.IntType(64)
@@ -26,7 +27,7 @@ class Address(types.Type):
 
     def __init__(self, record):
         self.record = record
-        super().__init__(name=f"Address({record})")
+        super().__init__(name=short_name("Address", record))
 
 
 @register_model(Address)
@@ -40,7 +41,7 @@ class _View(types.Type):
 
     def __init__(self, record):
         self.record, self.instance_class = record, record.instance_class
-        super().__init__(name=f"View({record})")
+        super().__init__(name=short_name("View", record))
 
 
 @register_model(_View)
