@@ -175,6 +175,7 @@ def _thickness_m(
     metal_m2: float, wire_m: float, diameter_m: float, mass_kg: float, core: Core | None
 ) -> float:
     """How thick a winding of a section of metal [m^2] is; RequestError where it has no room."""
+    keys: tuple[str, ...]
     if core is None:
         thickness, most = math.sqrt(4.0 * metal_m2 / (math.pi * FILLING)), 0.25 * diameter_m
         room, keys = "a quarter of diameter_m", ("diameter_m",)
