@@ -59,7 +59,7 @@ def smooth_run(result: xr.Dataset) -> xr.Dataset:
         >>> filtered = filtered.replace("simulation.record_inputs", True)
         >>> smoothed = torquer.smooth_run(torquer.simulate(filtered))
         >>> smoothed["attitude_sigma_smoothed"].dims
-        ('time', 'axis')
+        ('time',)
     """
     scenario = flown_scenario(result)
     spec = kalman_filter(scenario)
