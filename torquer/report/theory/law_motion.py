@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from torquer.report.theory.pictures import draw_evolution, draw_map
+from torquer.scenario.keys import key_words
 from torquer.theory.averaged.answer import LawMotion
 from torquer.theory.averaged.case import POINTED, AveragedCase
 from torquer.theory.slow.evolution.model import Slow
@@ -37,7 +38,7 @@ def _map(motion: LawMotion) -> Figure:
     incl, rho = np.linspace(0.0, 90.0, _GRID), np.linspace(0.0, top, _GRID)
     values, name, unit = _show(case, _slow_map(case, incl, rho, 2.0 * math.pi * revolutions))
     title = (
-        f"{case.law}: {name} after {revolutions:.3g} rev, eps = {case.constants.eps:.3g}, "
+        f"{key_words(case.law)}: {name} after {revolutions:.3g} rev, eps = {case.constants.eps:.3g}, "
         f"theta₀ = {math.degrees(case.theta):.0f}°"
     )
     if case.law == "sdot":
@@ -54,10 +55,10 @@ def _show(case: AveragedCase, found: Slow) -> tuple:
     """Values that matter for the law, their name and unit."""
     return {
         "bdot": (found.l, "L / L₀", ""),
-        "nutation_damping": (np.degrees(found.theta), "theta", "°"),
+        "nutation_damping": (np.degrees(found.theta), "nutation angle", "°"),
         "spin_up": (found.l, "L / L₀", ""),
-        "sdot": (np.degrees(sun_angle(found, case.constants)), "gamma", "°"),
-    }.get(case.law, (np.degrees(found.rho), "rho", "°"))
+        "sdot": (np.degrees(sun_angle(found, case.constants)), "angle to the Sun", "°"),
+    }.get(case.law, (np.degrees(found.rho), "angle to the cone axis", "°"))
 
 
 def _slow_map(case: AveragedCase, incl, rho, end: float) -> Slow:

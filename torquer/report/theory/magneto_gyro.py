@@ -109,8 +109,9 @@ def draw_flights(
     period_s = made.case.scenario.orbit.period_s
     figure, (axes,) = stack_panels(title, 1, 4.2, on)
     orbits = flights.t_s / period_s
+    least = max(1e-3, 0.1 * float(np.median(flights.error_deg[:, -1])))
     for error in flights.error_deg:
-        axes.semilogy(orbits, np.maximum(error, 1e-4), color=BLUE, lw=0.8, alpha=0.7)
+        axes.semilogy(orbits, np.maximum(error, least), color=BLUE, lw=0.8, alpha=0.7)
     axes.plot([], [], color=BLUE, label=f"{len(flights.error_deg)} releases")
     for limit, colour in _LIMITS:
         axes.axhline(limit, color=colour, lw=1.3, label=f"{limit:g} deg")
@@ -118,7 +119,7 @@ def draw_flights(
         axes.plot([at], [limit], "o", color=colour, mec=INK, ms=7, zorder=5)
     axes.plot([], [], "o", color="white", mec=INK, ms=7, label="theory's mean time")
     axes.set_xlim(0.0, orbits[-1])
-    axes.set_ylim(max(1e-3, 0.5 * float(np.median(flights.error_deg[:, -1]))), 300.0)
+    axes.set_ylim(0.9 * least, 300.0)
     axes.set_xlabel("orbits", fontsize=10)
     axes.set_ylabel("attitude error [deg]", fontsize=10)
     legend_at_left(axes, 4)

@@ -89,11 +89,12 @@ def draw_map(inclination_deg, rho_deg, values, unit: str, title: str, here: tupl
     levels, norm = _levels(float(known.min()), float(known.max()))
     isolines(axes, inclination_deg, rho_deg, values, levels, f"%g{unit}", norm)
     if here:
-        axes.axvline(here[0], color=RED, lw=1.3, ls=(0, (5, 3)))
+        axes.axvline(here[0], color=RED, lw=1.3, ls=(0, (5, 3)), label="this orbit")
         if here[1] is not None:
-            axes.plot(*here, "o", color=RED, ms=7, clip_on=False)
+            axes.plot(*here, "o", color=RED, ms=7, clip_on=False, label="this start")
+        legend_at_left(axes, 2)
     axes.set_xlabel("inclination [deg]", fontsize=10)
-    axes.set_ylabel("initial rho [deg]", fontsize=10)
+    axes.set_ylabel("initial momentum from cone axis [deg]", fontsize=10)
     axes.set_xticks(_degrees_between(*axes.get_xlim()))
     axes.set_yticks(_degrees_between(*axes.get_ylim()))
     return figure

@@ -22,6 +22,7 @@ from torquer.report.common.figure import (
     sheet,
     stack_panels,
 )
+from torquer.scenario.keys import key_words
 from torquer.spacecraft.wheel_array.demand import Ellipsoid
 from torquer.spacecraft.wheel_array.envelope import Envelope, momentum_envelope
 from torquer.spacecraft.wheel_array.rates import required_momenta
@@ -229,7 +230,7 @@ def _oscillation(axes, t, values, colour: str, name: str) -> None:
 
 def draw_sweep(design: WheelDesign, sweep: Sweep, path: Path) -> Path:
     """Write the picture: the whole array, and the array after its worst single failure."""
-    title = f"{sweep.key} swept · {design.description or design.name}"
+    title = f"{design.description or design.name}: {key_words(sweep.key)} varied"
     figure, (upper, lower) = stack_panels(title, 2, 5.4, sharex=True)
     angles = np.array([point.value for point in sweep.points])
     for name, colour in (("whole", BLUE), ("one_failed", ORANGE)):
