@@ -38,8 +38,8 @@ def _map(motion: LawMotion) -> Figure:
     incl, rho = np.linspace(0.0, 90.0, _GRID), np.linspace(0.0, top, _GRID)
     values, name, unit = _show(case, _slow_map(case, incl, rho, 2.0 * math.pi * revolutions))
     title = (
-        f"{key_words(case.law)}: {name} after {revolutions:.3g} rev, eps = {case.constants.eps:.3g}, "
-        f"theta₀ = {math.degrees(case.theta):.0f}°"
+        f"{key_words(case.law)}: {name} after {revolutions:.3g} rev, "
+        f"eps = {case.constants.eps:.3g}, theta₀ = {math.degrees(case.theta):.0f}°"
     )
     if case.law == "sdot":
         title += f", Sun {math.degrees(math.acos(case.target[2])):.0f}° off the cone axis"
