@@ -30,7 +30,7 @@ def _requests() -> list[type]:
 
 REQUESTS = _requests()
 #: Numbers without a unit.
-PURE = {"dipole_ratio", "gain_ratio", "gain_margin", "confidence"}
+PURE = {"dipole_ratio", "gain_ratio", "gain_margin", "confidence", "core_permeability"}
 
 
 def test_each_function_has_a_request():

@@ -272,7 +272,10 @@ class CoilSizes:
         return core.gain(self.request.diameter_m) if core else 1.0
 
     def core_rows(self) -> list[Row]:
-        """Of the core: its gain, how far it is magnetised, its mass; none without one."""
+        """Of the core: its gain, how far it is magnetised, its mass; none without one.
+
+        A core that is not magnetic never saturates, and has no row of that.
+        """
         asked = self.request
         if (core := asked.core()) is None:
             return []
@@ -281,9 +284,10 @@ class CoilSizes:
         return [
             Row("gain", "gain", self.core_gain, text=f"{self.core_gain:.3g}"),
             Row("polarisation_t", "magnetised to", polarisation, "T", f"{polarisation:.3g}"),
-            Row("saturates_at_a_m2", "saturates at", most, "A m^2", f"{most:.3g}"),
+            *([Row("saturates_at_a_m2", "saturates at", most, "A m^2", f"{most:.3g}")]
+              if math.isfinite(most) else []),
             Row("mass_kg", "mass", core.mass_kg, "kg", f"{core.mass_kg:.3g}"),
-        ]
+        ]  # fmt: skip
 
     def data(self) -> dict:
         """Plain data, with units in the keys."""

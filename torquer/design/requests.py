@@ -14,7 +14,7 @@ from torquer.base.limits import (
     request,
     within,
 )
-from torquer.design.coil_core import PERMALLOY, SLENDER, Core
+from torquer.design.coil_core import PERMALLOY, SLENDER, SLENDEREST, Core
 
 
 class Key(NamedTuple):
@@ -201,13 +201,13 @@ class CoilRequest:
     """Greatest voltage; thinner wire needs more [no limit]."""
     current_a: Annotated[float | None, positive()] = None
     """Greatest current; thicker wire needs more [no limit]."""
-    core_length_m: Annotated[float | None, positive()] = None
+    core_length_m: Annotated[float | None, within(1e-4, 100.0)] = None
     """Length of a rod in the coil, which is wound over all of it [no core]."""
     core_diameter_m: Annotated[float | None, positive()] = None
     """Diameter of the rod [no core]."""
     core_permeability: Annotated[float | None, at_least(1.0)] = None
     """Relative permeability of the rod [20 000, of permalloy]."""
-    core_saturation_t: Annotated[float | None, positive()] = None
+    core_saturation_t: Annotated[float | None, within(1e-3, 10.0)] = None
     """Saturation of the rod [0.75, of permalloy]."""
 
     def __post_init__(self):
@@ -220,8 +220,8 @@ class CoilRequest:
         if not given:
             return
         length, rod = self.core_length_m, self.core_diameter_m
-        if length < SLENDER * rod:
-            must = f"must be at least {SLENDER:g} times core_diameter_m, a long rod"
+        if not SLENDER * rod <= length <= SLENDEREST * rod:
+            must = f"must be {SLENDER:g} to {SLENDEREST:g} times core_diameter_m, a long rod"
             raise RequestError("core_length_m", f"{must}; received {length:g}", "core_diameter_m")
         if rod >= self.diameter_m:
             must = f"must be less than diameter_m, that of the turns, {self.diameter_m:g}"
