@@ -38,10 +38,11 @@ members have their own mass, inertia, coils, residual dipole and bias. A member 
 it is below 5 deg/s about each axis."""
 _HOW = """\
 Means have standard errors; sd is the standard deviation of the members, the greatest rate is a
-median. Times are those of members that stopped. Our members follow the published distributions,
-with draws of our own: the rows with fewer have the first of the same 500. Of {draws} draws
-{impossible:.0f} % are no bodies, as three moments of inertia drawn apart may break the triangle
-inequality; we draw these again. The members fly as a campaign, each until it has stopped."""
+median. Times are those of members that stopped; the time on is the sum over the three coils. Our
+members follow the published distributions, with draws of our own: the rows with fewer have the
+first of the same 500. Of {draws} draws {impossible:.0f} % are no bodies, as three moments of
+inertia drawn apart may break the triangle inequality; we draw these again. The members fly as a
+campaign, each until it has stopped."""
 _STANDS = """\
 **What stands, what does not, and why.** With the published step all members stop. Our mean time
 to stop differs from the published one by {apart} with the plain law, and by {apart_weighted} with
@@ -51,14 +52,15 @@ takes {damped:.0f} % of the momentum in an hour. With exact free rotation betwee
 then (95 % interval {low:.1f} to {high:.1f} %). The reason is the sampling. A body with 180 deg/s
 about each axis sees one line of the field at 409 deg/s, and a mean dipole held for a quarter of a
 second brakes up to 360 deg/s only. At 10 Hz the law brakes: all {count_then} members stop, after
-{slower:.1f} times as long as with the published step, as no step helps. What stands is the saving
-by the weight: at 10 Hz it changes the time on by {saved_then} and the time to stop by {delayed}.
-(It counts the turning in a step, and so is smaller at 10 Hz.) The authors themselves advise a
-finer solver."""
+{slower:.1f} times as long as the same members with the published step, as no step helps. What
+stands is the saving by the weight: at 10 Hz it changes the time on by {saved_then} and the time
+to stop by {delayed}. (It counts the turning in a step, and so is smaller at 10 Hz.) The authors
+themselves advise a finer solver."""
 _WEIGHT = """\
 The weight changes the mean time on by {saved} (published: {published:.2f} %) and the mean time to
-stop by {delayed} ({published_delay:+.2f} %). If the published saving errs as ours does, they differ
-by {gap:.2f} ± {gap_error:.2f} %: our draws are not theirs, and we know no other reason."""
+stop by {delayed} ({published_delay:+.2f} %). The paper prints no error of its saving. With
+our own error for both, the savings differ by {gap:.2f} ± {gap_error:.2f} %: our draws are not
+theirs, and we know no other reason."""
 
 
 def columns(case: str, law: str) -> dict[str, np.ndarray]:

@@ -12,8 +12,8 @@ gain is near (s/S)/D: it depends on the shape and hardly on the metal. A cylinde
 permeability has 1.10 of the gain of the ellipsoid if it is 5 times as long as thick, 1.00 at 10,
 0.93 at 20, 0.85 at 50: measure the coil. The law is linear, without hysteresis; the rod cannot be
 magnetised beyond the saturation of its metal. An ellipsoid is magnetised evenly. The middle of such
-a cylinder has 1.27, 1.32, 1.36 and 1.40 of its mean magnetisation: there it saturates at as much
-less of the dipole.
+a cylinder has 1.27, 1.32, 1.36 and 1.40 of its mean magnetisation: it counts as saturated where
+`MIDDLE` times the mean is.
 """
 
 import math
@@ -25,6 +25,8 @@ from torquer.base.conventions import MU_0_H_M
 PERMALLOY = 20_000.0, 0.75, 8700.0
 #: Lengths of a rod over its diameter from which it counts as long.
 SLENDER = 4.0
+#: Magnetisation in the middle of a long cylinder over its mean, at most.
+MIDDLE = 1.4
 #: Beyond that it is a wire, and no coil is wound about it.
 SLENDEREST = 1e4
 
@@ -67,8 +69,9 @@ class Core(NamedTuple):
         return 1.0 + (self.diameter_m / turns_m) ** 2 * self.effective_susceptibility
 
     def polarisation_t(self, dipole: float, turns_m: float) -> float:
-        """mu_0 M of the rod [T] at a dipole of the whole coil [A m^2]."""
-        return MU_0_H_M * dipole * (1.0 - 1.0 / self.gain(turns_m)) / self.volume_m3
+        """mu_0 M in the middle of the rod [T] at a dipole of the whole coil [A m^2]."""
+        mean = MU_0_H_M * dipole * (1.0 - 1.0 / self.gain(turns_m)) / self.volume_m3
+        return MIDDLE * mean
 
     def greatest_dipole(self, turns_m: float) -> float:
         """Dipole of the coil [A m^2] at which the rod saturates; infinite if it is not magnetic."""

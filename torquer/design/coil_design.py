@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 from torquer.base.conventions import MU_0_H_M
+from torquer.base.language import message
 from torquer.base.limits import RequestError
 from torquer.base.rows import Row, as_data, as_html, as_text
 from torquer.design.coil_core import Core
@@ -311,12 +312,25 @@ class CoilSizes:
 
     def _core_line(self) -> list[str]:
         """The core in words, if there is one."""
-        rows = self.core_rows()
-        if not rows:
+        found = {row.key: row.value for row in self.core_rows()}
+        if not found:
             return []
-        core = self.request
-        found = ", ".join(f"{row.label} {row.text} {row.unit}".rstrip() for row in rows)
-        return [f"core of {core.core_length_m:g} m, {core.core_diameter_m:g} m thick: {found}"]
+        sizes = {"length": self.request.core_length_m, "thick": self.request.core_diameter_m}
+        does = (
+            message(
+                "gain {gain:.3g}, magnetised to {polarisation_t:.3g} T, saturates at "
+                "{saturates_at_a_m2:.3g} A m^2",
+                **found,
+            )
+            if "saturates_at_a_m2" in found
+            else message("not magnetic")
+        )
+        return [
+            message(
+                "core of {length:g} m, {thick:g} m thick: {does}, mass {mass_kg:.3g} kg",
+                **sizes, **found, does=does,
+            )
+        ]  # fmt: skip
 
     def _repr_html_(self) -> str:
         return as_html(self.table(), self.lines()[:1] + self._core_line())
