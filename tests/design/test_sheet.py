@@ -22,8 +22,8 @@ from torquer.theory.averaged.conditions import FLOWN
 
 #: A box whose middle is the centre of mass has no torque of light.
 NOTES = [
-    "disturbance.solar_pressure has no effect in runs where every part has its centre (centre_m) "
-    "at the centre of mass"
+    "disturbance.solar_pressure gives no torque with the parts as given: each has its centre "
+    "(centre_m) at the centre of mass; a campaign may shift them"
 ]
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 #: Members whose values are looked at.

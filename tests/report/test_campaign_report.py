@@ -35,7 +35,7 @@ from torquer.report.campaign.convergence import means
 from torquer.report.campaign.distribution import draw_distribution
 from torquer.report.campaign.interactive import distribution_figure, sobol_figure
 from torquer.report.campaign.several import several_grid
-from torquer.report.campaign.shared import steps
+from torquer.report.campaign.shared import input_labels, outcome_in_words, steps
 from torquer.report.campaign.tables import comparison_grid, worst_grid
 
 FAILED = (3, 20)
@@ -238,8 +238,12 @@ def test_page_plots_have_the_same_numbers_as_the_pictures(result, summary, writt
     bars = figures["Rank correlations of outcomes with inputs."]["data"]
     pairs = {(bar["name"], key): r for bar in bars if bar["type"] == "bar"
              for key, r in zip(bar["y"], bar["x"], strict=True)}  # fmt: skip
+    said = input_labels({each["input"] for each in summary["correlations"]})
     for each in summary["correlations"][:5]:
-        assert pairs[each["outcome"], each["input"]] == each["correlation"]
+        assert (
+            pairs[outcome_in_words(summary, each["outcome"]), said[each["input"]]]
+            == each["correlation"]
+        )
     converged = figures["Convergence of the success rate."]
     assert trace(converged, "estimate")[1][-1] == pytest.approx(summary["success"]["rate"])
 
@@ -253,13 +257,13 @@ def test_bars_of_sobol_indices_have_their_intervals():
     import plotly.graph_objects as go
 
     groups = {
-        "a": of_group(0.2, [0.1, 0.35], 0.3, [0.2, 0.5]),
-        "b": of_group(0.6, [None, None], 0.7, [0.5, 0.8]),
+        "scale": of_group(0.2, [0.1, 0.35], 0.3, [0.2, 0.5]),
+        "law.gain_a_m2_s_per_t": of_group(0.6, [None, None], 0.7, [0.5, 0.8]),
     }
     figure = sobol_figure(groups)
     go.Figure(figure)
     first, total = figure["data"]
-    assert first["y"] == total["y"] == ["b", "a"]  # the greatest total index on top
+    assert first["y"] == total["y"] == ["law gain [A m² s/T]", "scale"]  # the greatest on top
     assert first["x"] == [0.6, 0.2] and total["x"] == [0.7, 0.3]
     assert first["error_x"]["array"] == pytest.approx([0.0, 0.15])
     assert first["error_x"]["arrayminus"] == pytest.approx([0.0, 0.1])
