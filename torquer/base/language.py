@@ -27,7 +27,7 @@ _ON_WINDOWS = {"russian": "ru"}
 _STATED_BY = ("TORQUER_LANG", "LC_ALL", "LC_MESSAGES", "LANG")
 _FOLDER = Path(__file__).parent / "messages"
 #: What has words, or a number with a unit of single letters: '4.8 h', '[J]'.
-_TO_BE_TOLD = re.compile(r"[A-Za-z]{2}|\d [A-Za-z]|[A-Z]\]")
+_TO_BE_TOLD = re.compile(r"[A-Za-z]{2}|\d [A-Za-z]|[A-Za-z]\]")
 
 
 def language(environment: Mapping[str, str] = os.environ) -> str:
