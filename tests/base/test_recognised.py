@@ -13,6 +13,7 @@ CATALOGUE = {
     "rate": "скорость",
     "power": "мощность",
     "twice {x} and {x}": "дважды {x}",
+    "{count:g} runs; then {what} a while; end": "пока: {what}; конец",
 }
 
 
@@ -37,6 +38,7 @@ KNOWN = templates(CATALOGUE)
         ("twice 2 and 3", "twice 2 and 3"),
         ("spare: rate, power", "spare: скорость, мощность"),
         ("rate 3 power", "скорость 3 мощность"),
+        ("rate: 2 runs; then rate a while; end", "скорость: пока: скорость; конец"),
         ("rate; but nobody knows what comes", "rate; but nobody knows what comes"),
         ("rate {x", "rate {x"),
         ("", ""),

@@ -26,6 +26,8 @@ _ON_WINDOWS = {"russian": "ru"}
 #: What states the language, the first one that is set.
 _STATED_BY = ("TORQUER_LANG", "LC_ALL", "LC_MESSAGES", "LANG")
 _FOLDER = Path(__file__).parent / "messages"
+#: What has words, or a number with a unit of single letters: '4.8 h', '[J]'.
+_TO_BE_TOLD = re.compile(r"[A-Za-z]{2}|\d [A-Za-z]|[A-Za-z]\]")
 
 
 def language(environment: Mapping[str, str] = os.environ) -> str:
@@ -93,7 +95,7 @@ def _known(code: str, text: str) -> str:
     """A text that was not made by `message`: told as it is, or as what its templates say."""
     bare = text.strip()
     words = catalogue(code).gettext(bare) if bare else ""
-    if words == bare and re.search("[A-Za-z]{2}", bare):
+    if words == bare and _TO_BE_TOLD.search(bare):
         words = recognise(bare, _templates(code), lambda part: _known(code, part))
     start = len(text) - len(text.lstrip())
     return text[:start] + words + text[start + len(bare) :]

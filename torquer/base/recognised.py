@@ -94,6 +94,9 @@ def _in_parts(text: str, tell: Callable[[str], str]) -> str:
     """A text told part by part; itself if a part that reads as a sentence stays as it is."""
     if "\n" not in text and _COLUMNS.search(text):
         return _in_columns(text, tell)
+    head, found, rest = text.partition(": ")
+    if found and tell(head) != head and " " not in head:  # what follows "note: " is one text
+        return _joined(text, [head, rest], found, tell)
     for mark in _BETWEEN:
         before, found, after = text.partition(mark)
         if found:

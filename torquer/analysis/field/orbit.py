@@ -14,6 +14,7 @@ import xarray as xr
 from torquer.analysis.field.models import file_text, find_model, label, moment, stamp
 from torquer.analysis.field.requests import FieldOrbitRequest
 from torquer.base.explain import ScenarioError
+from torquer.base.language import message
 from torquer.base.limits import RequestError, given_values
 from torquer.environment.along_orbit import Environment
 from torquer.environment.field.along import fields_along
@@ -191,7 +192,7 @@ def field_dataset(models: tuple, case: OrbitCase, t_s, key: str) -> xr.Dataset:
         "orbital_axis": ["along-track", "orbit normal", "radial"],
     }
     about = {
-        "title": f"{case.name}, from {stamp(case.start)}",
+        "title": message("{name}, from {start}", name=case.name, start=stamp(case.start)),
         "orbit": case.orbit.model_dump_json(),
         "start": case.start.isoformat(),
     }

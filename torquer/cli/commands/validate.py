@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from torquer.base.language import message
 from torquer.base.strict_json import json_text
 from torquer.cli import compiling
 from torquer.cli.loading import check_code, find_code, load_checked
@@ -82,7 +83,8 @@ def _show(scenario, campaign, sizes: tuple, executed: dict, found: list) -> None
     from torquer.simulation.setup.size import bytes_text, time_text
 
     length, (size, campaign_size) = time_text(scenario.length_s), sizes
-    say(f"{scenario.name}: valid, {length} of flight; {scenario.simulation.in_words}")
+    template, steps = "{name}: valid, {length} of flight; {in_words}", scenario.simulation.in_words
+    say(message(template, name=scenario.name, length=length, in_words=steps))
     say(
         f"a run: {size.rows} rows, result of about {bytes_text(size.disk_bytes)}, about "
         f"{bytes_text(size.memory_bytes)} of memory and {time_text(size.computing_s)} of computing"

@@ -60,7 +60,7 @@ def draw_shares(axes, result: xr.Dataset, summary: dict, name: str) -> str:
     axes.plot(*beyond, color=BLUE, lw=1.4, drawstyle="steps-post")
     words = _words(each, condition, axes.get_xlim())
     if is_censored:
-        words += f"; band: {percent(summary['confidence'])} confidence interval"
+        words = f"{words}; band: {percent(summary['confidence'])} confidence interval"
     return words
 
 
