@@ -307,6 +307,18 @@ def test_what_computers_know_is_the_same_in_lanes_and_alone(make):
 
 
 @needs_jit
+def test_computers_that_choose_a_sensor_are_flown_alone(make):
+    """They answer one by one, and lanes do not tell what they know."""
+    chosen = {
+        "spacecraft.attitude_sensor": {"noise_deg": 0.02},
+        "spacecraft.magnetometers": {"a": {}, "b": {}},
+        "control": HELD["control"] | {"select": {"magnetometer": {"kind": "spare"}}},
+    }
+    budget = pointing_budget(make(HELD | chosen), PointingRequest(flights=2))
+    assert compared(budget)["attitude_sensor_noise", "ake"] == pytest.approx(1.0, abs=0.2)
+
+
+@needs_jit
 @pytest.mark.slow
 def test_noise_flown_is_noise_predicted(make):
     """Within a few percent with eight flights: noise averages out in each of them."""

@@ -158,10 +158,11 @@ class Fleet:
 
         `take(rows, first, motion)`: rows of the members, number of the first record, attitudes and
         rates (r, 7, n), followed by numbers of what their computers know, by names of `KNOWN`.
-        Left out are those that do not fit into lanes, or that end early there.
+        Left out are those that do not fit into lanes, or that end early there; and all whose
+        computers answer one by one, if what they know is asked for.
         """
         chunk, flown = self.unflown(members), np.zeros(len(members), bool)
-        if self._lanes is None:
+        if self._lanes is None or (known and self._lanes.one_by_one):
             return flown
         lanes = Lanes(self.base, self._pieces, Kept(known=known))
         fitting = self._numbers_of(lanes, chunk)

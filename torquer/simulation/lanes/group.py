@@ -140,7 +140,10 @@ def first_rate(numbers: np.ndarray) -> float:
 
 
 class Lanes:
-    """What all members of a group share: plan, compiled laws, layouts; `kept`: what is recorded."""
+    """What all members of a group share: plan, compiled laws, layouts; `kept`: what is recorded.
+
+    `one_by_one`: computers answer each for itself, and what they know is not recorded.
+    """
 
     def __init__(self, run: Run, pieces: Pieces, kept: Kept = MOTION_ALONE):
         self.run, self.pieces = run, pieces
@@ -148,11 +151,11 @@ class Lanes:
         computer = run.plan.computer
         has_modes, in_c = len(computer.modes.regions) > 0, run.library is not None
         selects, restarts = len(computer.selection.kinds) > 0, run.scenario.control.restarts()
-        self._one_by_one = estimates(computer) or has_modes or in_c or selects or restarts
+        self.one_by_one = estimates(computer) or has_modes or in_c or selects or restarts
         self.plan = run.plan._replace(log_cells=self._places(kept))
         wheels = len(run.state.rotors) if kept.wheels else 0
         self._width = _MOTION + len(self.plan.log_cells) + wheels
-        if not self._one_by_one:
+        if not self.one_by_one:
             self._laws = [law_in_lanes(law) for law in run.blocks.laws.values()]
             self.plan = self.plan._replace(
                 computer=self._computer(run.plan.computer),
@@ -162,9 +165,9 @@ class Lanes:
     def _places(self, kept: Kept) -> np.ndarray:
         """Where what is recorded stands in a lane; below 0: in the memory of a board."""
         memory_at = self.packed.parameters_at + len(self.run.state.board.parameters)
-        memory = [-1 - k if self._one_by_one else memory_at + k for k in kept.memory]
+        memory = [-1 - k if self.one_by_one else memory_at + k for k in kept.memory]
         cells = [CELLS_AT + CELLS.names.index(name) for name in kept.cells]
-        if kept.known and self._one_by_one:
+        if kept.known and self.one_by_one:
             raise ValueError("known: must be left out where computers work one by one")
         known = [PLACES[name].start for name in kept.known]  # what is known comes first in a lane
         return np.array(memory + cells + known, np.int64)
@@ -254,7 +257,7 @@ class Lanes:
     def _boards(self, numbers: np.ndarray) -> Boards:
         """Boards of members (n, size) whose computers work one by one; of none for the others."""
         state, parameters_at = self.run.state, self.packed.parameters_at
-        if not self._one_by_one:
+        if not self.one_by_one:
             numbers = numbers[:0]
         memory_at = parameters_at + len(state.board.parameters)
         parameters = numbers[:, parameters_at:memory_at]
