@@ -126,6 +126,11 @@ def inductance_h(turns: int, diameter_m: float, bundle_m: float) -> float:
     return turns**2 * MU_0_H_M * radius * (math.log(8.0 * radius / section) - 1.75)
 
 
+def _gain(core: Core | None, diameter_m: float) -> float:
+    """Dipole over that without a core."""
+    return core.gain(diameter_m) if core else 1.0
+
+
 def inductance_about_core_h(turns: int, diameter_m: float, core: Core) -> float:
     """Inductance [H] of a long solenoid about a core: mu0 N^2 S/l times the gain of the core."""
     area = 0.25 * math.pi * diameter_m**2
@@ -156,7 +161,7 @@ def wind_coil(
             f"must be at least one turn of AWG {awg}, {per_turn:.3g} kg; received {mass_kg:g}",
         )
     bundle = _thickness_m(turns * section, wire, diameter_m, mass_kg, core)
-    gain = core.gain(diameter_m) if core else 1.0
+    gain = _gain(core, diameter_m)
     _refuse_melting(dipole, diameter_m, mass_kg, conductor, gain)
     resistance = turns * turn_m * conductor.resistivity_ohm_m / section
     current = dipole / (gain * turns * 0.25 * math.pi * diameter_m**2)
@@ -269,8 +274,7 @@ class CoilSizes:
     @property
     def core_gain(self) -> float:
         """Dipole with the core over that without; 1 without one."""
-        core = self.request.core()
-        return core.gain(self.request.diameter_m) if core else 1.0
+        return _gain(self.request.core(), self.request.diameter_m)
 
     def core_rows(self) -> list[Row]:
         """Of the core: its gain, how far it is magnetised, its mass; none without one.
@@ -366,8 +370,7 @@ def coil(request: CoilRequest) -> CoilSizes:
     core, diameter_m = request.core(), request.diameter_m
     if core:
         _refuse_saturation(request, core)
-    dipole = request.dipole_a_m2 / (core.gain(diameter_m) if core else 1.0)
-    of_winding = dipole, diameter_m, request.mass_kg
+    of_winding = request.dipole_a_m2 / _gain(core, diameter_m), diameter_m, request.mass_kg
     metals = {name: metal.at(request.temperature_c) for name, metal in CONDUCTORS.items()}
     return CoilSizes(
         request,
