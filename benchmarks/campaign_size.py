@@ -4,10 +4,11 @@
 .venv/bin/python benchmarks/campaign_size.py 1000000 /tmp/million 10000
 
 The main example with adaptive steps and ten revolutions (`REVOLUTIONS=n` flies fewer); attitude,
-rate, inertia, gain and the magnetometer's bias vary. RUNS.json in FOLDER has what is printed. `OF`:
-a campaign of so many members, flown here before; both differ by chance alone if all differences of
-means and of the rate of success lie within a few of their standard errors. Members of the smaller
-are the first of the larger one, so it is compared with those that come after.
+rate, inertia, gain and the magnetometer's bias vary. `CASE=wheels`: `wheels_in_flight.toml`, four
+wheels behind a Kalman filter; the same vary, rates up to 0.5 deg/s. RUNS.json in FOLDER has what
+is printed. `OF`: a campaign of so many members, flown here before; both differ by chance alone if
+all differences of means and of the rate of success lie within a few of their standard errors.
+Members of the smaller are the first of the larger one: it is compared with those that come after.
 """
 
 import json
@@ -20,6 +21,7 @@ from collections import Counter
 from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,27 +29,69 @@ import torquer
 from torquer.campaign import at_once, executors, fleet, fly
 from torquer.campaign.contents import member_outcomes
 from torquer.campaign.load import campaign_from_data
-from torquer.scenario.load import load_scenario
+from torquer.scenario.load import scenario_from_text
 from torquer.simulation.lanes.group import Lanes
 from torquer.simulation.results.file import lazily
 
 ROOT = Path(__file__).parents[1]
-CAMPAIGN = {
-    "seed": 1,
-    "vary": {
-        "initial.attitude": "uniform",
-        "initial.rate_deg_s": {"direction": "uniform", "magnitude": {"uniform": [0.0, 15.0]}},
-        "spacecraft.body.inertia_kg_m2": {"relative": {"uniform": [0.9, 1.1]}},
-        "control.law.gain_a_m2_s_per_t": {"log_uniform": [3e6, 8e6]},
-        "spacecraft.magnetometer.bias_nt": {"normal": {"mean": [0, 0, 0], "sigma": 50.0}},
-    },
-    "outcomes": {
-        "final_rate_deg_s": {"signal": "rate_deg_s", "what": {"at_end": True}},
-        "mean_rate_deg_s": {"signal": "rate_deg_s", "what": {"mean_after_s": 0.0}},
-        "coil_energy_j": {"signal": "coil_energy_j"},
-    },
-    "success": {"final_rate_deg_s": {"below": 0.5}},
+FILTER = """
+[spacecraft.sun_sensors]
+preset = "dss3"
+[control.estimator]
+kind = "kalman_gyro"
+sensors = ["magnetometer", "sun"]
+magnetometer_noise_nt = 50.0
+sun_noise_deg = 0.15
+angle_random_walk_deg_sqrt_s = 0.004
+rate_random_walk_deg_s_sqrt_s = 1e-5
+gyro_bias_sigma_deg_s = 0.01
+"""
+
+
+class Case(NamedTuple):
+    """A scenario of the examples, what is added to it, and what varies and counts."""
+
+    file: str
+    added: str
+    up_to_deg_s: float
+    gain: str
+    gains: list[float]
+    below_deg_s: float
+
+
+CASES = {
+    "tip-offs": Case(
+        "tip_off_campaign.toml", "", 15.0, "control.law.gain_a_m2_s_per_t", [3e6, 8e6], 0.5
+    ),
+    "wheels": Case(
+        "wheels_in_flight.toml", FILTER, 0.5, "control.laws.wheels.bandwidth_rad_s", [0.1, 0.2], 0.1
+    ),
 }
+
+
+def campaign_of(case: Case, runs: int) -> dict:
+    """The campaign as data."""
+    rate = {"direction": "uniform", "magnitude": {"uniform": [0.0, case.up_to_deg_s]}}
+    bias = {"normal": {"mean": [0, 0, 0], "sigma": 50.0}}
+    return {
+        "runs": runs,
+        "seed": 1,
+        "vary": {
+            "initial.attitude": "uniform",
+            "initial.rate_deg_s": rate,
+            "spacecraft.body.inertia_kg_m2": {"relative": {"uniform": [0.9, 1.1]}},
+            case.gain: {"log_uniform": case.gains},
+            "spacecraft.magnetometer.bias_nt": bias,
+        },
+        "outcomes": {
+            "final_rate_deg_s": {"signal": "rate_deg_s", "what": {"at_end": True}},
+            "mean_rate_deg_s": {"signal": "rate_deg_s", "what": {"mean_after_s": 0.0}},
+            "coil_energy_j": {"signal": "coil_energy_j"},
+        },
+        "success": {"final_rate_deg_s": {"below": case.below_deg_s}},
+    }
+
+
 #: Where processor time goes: what is called, and which part of a member's cost it is.
 PARTS: list[tuple[object, str, str]] = [
     (fleet, "draw", "draw"),
@@ -82,16 +126,17 @@ def counted(spent: Counter) -> None:
 
 def flown(runs: int, path: Path) -> dict:
     """What a campaign takes; compiled code is on the disk before."""
-    scenario = load_scenario(ROOT / "examples" / "tip_off_campaign.toml")
-    scenario = scenario.replace("simulation", {
+    case = CASES[os.environ.get("CASE", "tip-offs")]
+    text = (ROOT / "examples" / case.file).read_text() + case.added
+    scenario = scenario_from_text(text).replace("simulation", {
         "revolutions": float(os.environ.get("REVOLUTIONS", "10")), "record_s": 60.0,
     })  # fmt: skip
-    few = campaign_from_data({**CAMPAIGN, "runs": 64}, scenario)
+    few = campaign_from_data(campaign_of(case, 64), scenario)
     torquer.fly_campaign(scenario, few)
     spent: Counter = Counter()
     counted(spent)
     begun_s, processor_s = time.time(), time.process_time()
-    campaign = campaign_from_data({**CAMPAIGN, "runs": runs}, scenario)
+    campaign = campaign_from_data(campaign_of(case, runs), scenario)
     result = torquer.fly_campaign(scenario, campaign, to=path)
     known = {
         "runs": runs,
