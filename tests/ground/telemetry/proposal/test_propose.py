@@ -1,12 +1,14 @@
 """`telemetry init`: readings ranked by names, units, dates and the field along the orbit."""
 
-from datetime import timedelta
+from datetime import datetime, timedelta
 
 import numpy as np
+import pandas as pd
 import pytest
 from telemetry_session import START, TLE, session
 
 from torquer.cli.answer import answer
+from torquer.ground.telemetry.proposal import guess_time
 from torquer.ground.telemetry.proposal.column_names import group_columns, parse_name
 from torquer.ground.telemetry.proposal.propose import NoProposal, propose_mapping
 from torquer.ground.telemetry.reading.mapping import load_mapping
@@ -332,3 +334,13 @@ def test_an_archive_states_frames_units_and_what_is_measured(tmp_path):
 def test_names_of_a_magnetometer(tmp_path, names):
     found = propose_mapping(put(tmp_path, ",".join(["utc", *names]), iso)).mapping
     assert found.columns == {"b_measured": [*names]} and found.units == {"b_measured": "nT"}
+
+
+@pytest.mark.parametrize("form", guess_time._FORMS[::17])
+def test_a_format_is_found_of_its_own_stamps(form):
+    start = datetime(2012, 10, 21, 13, 5, 9, 250_000)
+    stamps = [
+        (start + timedelta(seconds=37.0 * k)).strftime(form.replace("%z", "+03:00"))
+        for k in range(12)
+    ]
+    assert form in guess_time._formats(pd.Series(stamps))

@@ -34,6 +34,21 @@ _CLOCKS = (
 _OFFSETS = ("", "%z", " %z")
 _FORMS = [day + clock + offset for day, clock, offset in product(_DAYS, _CLOCKS, _OFFSETS)]
 _FORMS += [f"{clock.strip()} {day}" for clock, day in product(_CLOCKS[:2], _DAYS)]
+
+
+def _outline(stamp: str) -> str:
+    """What parts the numbers and words of a stamp, these as "0" and "a"."""
+    words = re.sub(r"[^\W\d_]+", "a", re.sub(r"\d+", "0", stamp))
+    return re.sub(r"\s+", " ", words).strip()
+
+
+def _example(form: str) -> str:
+    """A stamp of a format, without its offset."""
+    return re.sub(r"%\w", lambda of: {"%b": "a", "%p": "a", "%z": ""}.get(of[0], "0"), form)
+
+
+#: Of each format, since comparing outlines takes a thousandth of trying a format.
+_OUTLINES = {form: _outline(_example(form)) for form in _FORMS}
 #: Zones whose abbreviations are met; others share some of these.
 ABBREVIATIONS = {
     "MSK": "Europe/Moscow", "MSD": "Europe/Moscow", "CET": "Europe/Berlin",
@@ -198,12 +213,13 @@ def _formats(text) -> list[str]:
 
     some = pd.concat([text.head(20), text.tail(20)])
     bare = some.str.replace(r"\s*\b(?!AM|PM)[A-Z]{3,5}$|(?<=\d)\s*(?:Z|UT)$", "", regex=True)
-    shape = "%z" if re.search(r":\d\d(\.\d+)?\s*[+-]\d\d:?\d\d$", some.iloc[0]) else ""
-    found = []
+    zoned = bool(re.search(r":\d\d(\.\d+)?\s*[+-]\d\d:?\d\d$", some.iloc[0]))
+    days = bare.str.replace(r"\s*([+-][\d:.]+|Z)$", "", regex=True) if zoned else bare
+    outlines, found = {_outline(each) for each in days}, []
     for form in _FORMS:
-        if ("%z" in form) != bool(shape):
+        if ("%z" in form) != zoned or _OUTLINES[form] not in outlines:
             continue
-        parsed = pd.to_datetime(bare, format=form, errors="coerce", utc=bool(shape))
+        parsed = pd.to_datetime(bare, format=form, errors="coerce", utc=zoned)
         if parsed.notna().mean() >= _MOST and not ("%Y%j" in form and len(bare.iloc[0]) > 13):
             found.append(form)
     return found
