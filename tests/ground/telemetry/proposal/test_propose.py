@@ -336,7 +336,7 @@ def test_names_of_a_magnetometer(tmp_path, names):
     assert found.columns == {"b_measured": [*names]} and found.units == {"b_measured": "nT"}
 
 
-@pytest.mark.parametrize("form", guess_time._FORMS[::17])
+@pytest.mark.parametrize("form", [each for each in guess_time._FORMS if "%j" not in each][::17])
 def test_a_format_is_found_of_its_own_stamps(form):
     start = datetime(2012, 10, 21, 13, 5, 9, 250_000)
     stamps = [

@@ -213,11 +213,12 @@ def _formats(text) -> list[str]:
 
     some = pd.concat([text.head(20), text.tail(20)])
     bare = some.str.replace(r"\s*\b(?!AM|PM)[A-Z]{3,5}$|(?<=\d)\s*(?:Z|UT)$", "", regex=True)
-    zoned = bool(re.search(r":\d\d(\.\d+)?\s*[+-]\d\d:?\d\d$", some.iloc[0]))
-    days = bare.str.replace(r"\s*([+-][\d:.]+|Z)$", "", regex=True) if zoned else bare
-    outlines, found = {_outline(each) for each in days}, []
+    unzoned = bare.str.replace(r"\s*([+-]\d\d:?\d\d|Z)$", "", regex=True)
+    outlines = {zoned: set(map(_outline, each)) for zoned, each in ((False, bare), (True, unzoned))}
+    found = []
     for form in _FORMS:
-        if ("%z" in form) != zoned or _OUTLINES[form] not in outlines:
+        zoned = "%z" in form
+        if _OUTLINES[form] not in outlines[zoned]:
             continue
         parsed = pd.to_datetime(bare, format=form, errors="coerce", utc=zoned)
         if parsed.notna().mean() >= _MOST and not ("%Y%j" in form and len(bare.iloc[0]) > 13):
