@@ -66,7 +66,7 @@ def replay(path: str, file: str) -> int:
         answer = np.array([*command.dipole_a_m2, *command.torque_n_m])
         if (
             answer.tobytes() != row[1 + inputs : 7 + inputs].tobytes()
-            or mark_numbers(numbers_of(board)) != mark
+            or mark_numbers(numbers_of(board)[None]) != mark
         ):
             print(f"the first difference is at step {step} of {steps}")
             return 1

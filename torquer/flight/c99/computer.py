@@ -23,7 +23,7 @@ from torquer.flight.c99.calls import Cast, Failed, call_switch
 from torquer.flight.c99.evaluate import at_hand
 from torquer.flight.c99.gate import make_gate
 from torquer.flight.c99.precision import is_single
-from torquer.flight.c99.print_c import kept_fields, reached_functions
+from torquer.flight.c99.print_c import kept_fields, reached_names
 from torquer.flight.c99.program import Program, translate_repeatedly
 from torquer.flight.c99.reads import Reads
 from torquer.flight.c99.records import board_type, constants_type, make_record
@@ -253,14 +253,14 @@ def translate_step(computer: OnBoard, again: int = 2, is_pruned: bool = True) ->
 def _find_reads(program: Program, entries: list[Function], looked_at: set[str]) -> Reads:
     """What the functions that are reached read, and what is looked at from outside."""
     found = Reads(fields=set(looked_at))
-    reached = reached_functions(program, tuple(each.name for each in entries))
+    reached = reached_names(program, tuple(each.name for each in entries))
     for each in program.functions.values():
         if each.name in reached:
             found.add(each.reads)
             found.fields |= {"Board.failures"} if each.reports else set()
     step = plain_function(on_board.control_step)
     names = [made.name for (plain, *_), made in program.functions.items() if plain is step]
-    of_step = reached_functions(program, tuple(names))
+    of_step = reached_names(program, tuple(names))
     for each in program.functions.values():
         for root, left in _ROWS if each.name in of_step else ():
             found.add_cells(*_USED, each.reads.cells.get((root, left), set()))

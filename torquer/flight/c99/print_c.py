@@ -206,27 +206,34 @@ def helpers_text(used: str) -> str:
 
 def constants_text(program: Program, used: str) -> str:
     """The constants that the text names."""
-    found = []
+    found, words = [], set(re.findall(r"\w+", used))
     for name, value in program.constants.values():
-        if re.search(rf"\b{name}\b", used):
+        if name in words:
             kind = program.type_name(value.type)
             text = value.text.removeprefix(f"({kind})")
             found.append(wrap_line(f"static const {kind} {name} = {text};", 0) + "\n")
     return "".join(found)
 
 
-def reached_functions(program: Program, roots: tuple[str, ...] = ()) -> dict[str, str]:
-    """Text of all functions reached from public ones and `roots`, each after those it calls."""
-    texts = {f.name: function_text(program, f) for f in program.functions.values()}
+def reached_names(program: Program, roots: tuple[str, ...] = ()) -> set[str]:
+    """Names of all functions reached from public ones and `roots`."""
+    lines = {f.name: "\n".join(each.text for each in f.lines) for f in program.functions.values()}
     reached: set[str] = set()
     waiting = [*roots, *(f.name for f in program.functions.values() if f.is_public)]
     while waiting:
         name = waiting.pop()
         if name not in reached:
             reached.add(name)
-            called = re.findall(r"\b(\w+)\(", without_comments(texts[name]))
-            waiting += [each for each in called if each in texts]
-    return {name: text for name, text in texts.items() if name in reached}
+            called = re.findall(r"\b(\w+)\(", without_comments(lines[name]))
+            waiting += [each for each in called if each in lines]
+    return reached
+
+
+def reached_functions(program: Program, roots: tuple[str, ...] = ()) -> dict[str, str]:
+    """Text of all functions reached from public ones and `roots`, each after those it calls."""
+    reached = reached_names(program, roots)
+    made = {each.name: each for each in program.functions.values()}
+    return {name: function_text(program, made[name]) for name in made if name in reached}
 
 
 def program_text(program: Program, with_types: bool = True, roots: tuple[str, ...] = ()) -> str:

@@ -29,7 +29,7 @@ _PLACES = slice(PLACES["estimate_q_x"].start, PLACES["estimate_bias_x"].start)
 _ESTIMATE = [name for name, of in PLACES.items() if _PLACES.start <= of.start < _PLACES.stop]
 _FIRST = (CELLS.names or ()).index("dipole_x")
 #: The hash FNV-1a: where it begins, its prime; modulo 2^64.
-_BEGIN, _PRIME, _WORD = 0xCBF29CE484222325, 0x100000001B3, (1 << 64) - 1
+_BEGIN, _PRIME = np.uint64(0xCBF29CE484222325), np.uint64(0x100000001B3)
 
 
 class Recorded(NamedTuple):
@@ -41,7 +41,7 @@ class Recorded(NamedTuple):
     inputs: np.ndarray
     commands: np.ndarray
     estimates: np.ndarray
-    marks: list[int]
+    marks: np.ndarray
     words: int
 
     def first(self, steps: int) -> "Recorded":
@@ -68,14 +68,14 @@ def recorded_in_c(words: bytes) -> str:
     return fill_template("recorded.c", {"words": str(len(texts)), "rows": ",\n    ".join(lines)})
 
 
-def mark_numbers(numbers: np.ndarray) -> int:
-    """Mark of the bits of all numbers; one that is not a number has one mark."""
+def mark_numbers(numbers: np.ndarray) -> np.ndarray:
+    """Marks of the bits of all numbers of each row; one that is not a number has one mark."""
     words = numbers.view(np.uint64).copy()
     words[np.isnan(numbers)] = 0x7FF8000000000000
-    mark = _BEGIN
-    for word in words.tolist():
-        mark = ((mark ^ word) * _PRIME) & _WORD
-    return mark
+    marks = np.full(len(words), _BEGIN)
+    for column in words.T:
+        marks = (marks ^ column) * _PRIME
+    return marks
 
 
 def record_steps(scenario: Scenario, most: int, made: Export, given: Sequence[Input]) -> Recorded:
@@ -85,8 +85,9 @@ def record_steps(scenario: Scenario, most: int, made: Export, given: Sequence[In
     a law or an estimator of the user's would begin again there.
     """
     run = prepare(scenario, stops=True)
-    afresh, inputs, commands, estimates, before_s = [], [], [], [], run.state.board.known["t_s"][0]
-    marks: list[int] = []
+    afresh, commands, estimates, before_s = [], [], [], run.state.board.known["t_s"][0]
+    inputs: list[np.ndarray] = []
+    numbers: list[np.ndarray] = []
     first = run.state.board.known.copy()
     limited = plain_function(within_bounds)
     checks = made.checks
@@ -95,7 +96,7 @@ def record_steps(scenario: Scenario, most: int, made: Export, given: Sequence[In
     places = [*handed_in(given).values()]
     estimated = [name in made.known for name in _ESTIMATE]
     numbers_of = state_numbers(made)
-    while len(marks) < most and run.advance_to(run.steps) == WAITING:
+    while len(inputs) < most and run.advance_to(run.steps) == WAITING:
         known = run.state.board.known.view(np.float64).reshape(-1)
         afresh.append(float(_begins_afresh(run, before_s, known[0])))
         inputs.append(known[places])
@@ -106,12 +107,13 @@ def record_steps(scenario: Scenario, most: int, made: Export, given: Sequence[In
         estimates.append(np.where(estimated, known[_PLACES], np.nan))
         _check_kept(scenario, run, made)
         board = _as_in_c(run, first, made)
-        marks.append(0 if is_single() else mark_numbers(numbers_of(board)))
+        numbers.append(numbers_of(board))
         before_s = known[0]
-    if not marks:
+    if not inputs:
         raise ValueError("simulation: must have a control step to be recorded; received none")
     a, i, c, e = map(np.array, (afresh, inputs, commands, estimates))
-    return Recorded(a, i, c, e, marks, count_state_words(run.state.board, made))
+    marks = mark_numbers(np.array(numbers))
+    return Recorded(a, i, c, e, marks * (not is_single()), count_state_words(run.state.board, made))
 
 
 def _check_kept(scenario: Scenario, run: Run, made: Export) -> None:

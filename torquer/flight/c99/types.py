@@ -7,14 +7,17 @@ float64 arrays are places in memory, which a kernel may write.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from functools import cached_property
+from typing import Any, TypeVar
 
 import numpy as np
 
 from torquer.flight.c99.precision import real_text
 from torquer.flight.c99.prefix import is_of_prefix
 
+_Kind = TypeVar("_Kind")
 #: Numbers from which on a tuple is handed over by its address.
 _LARGE = 8
 
@@ -36,6 +39,22 @@ def c_word(name: str) -> str:
     return f"{name}_" if taken else name
 
 
+def _once(kind: type[_Kind]) -> type[_Kind]:
+    """A class of values whose hash and text are worked out once: they are asked for by millions."""
+    for name in ("__hash__", "__repr__"):
+        setattr(kind, name, _kept(getattr(kind, name), name.strip("_")))
+    return kind
+
+
+def _kept(work_out: Callable, name: str) -> Callable:
+    def known(self):
+        if name not in self.__dict__:
+            self.__dict__[name] = work_out(self)
+        return self.__dict__[name]
+
+    return known
+
+
 @dataclass(frozen=True)
 class Number:
     """A number or truth: its type in C, which for a float is that of the program's precision."""
@@ -50,6 +69,7 @@ TIME = Number("double")
 NOTHING = Number("void")
 
 
+@_once
 @dataclass(frozen=True)
 class Tuple:
     """A tuple by value: types of its parts; names of the fields and of the class of a NamedTuple.
@@ -62,12 +82,12 @@ class Tuple:
     name: str | None = None
     of: Any = field(default=None, repr=False)
 
-    @property
+    @cached_property
     def is_array(self) -> bool:
         """Whether it is one array in C: parts of one type, without names."""
         return self.fields is None and len(set(self.parts)) == 1
 
-    @property
+    @cached_property
     def size(self) -> int:
         """How many numbers it holds."""
         return sum(part.size if isinstance(part, Tuple) else 1 for part in self.parts)
@@ -84,6 +104,7 @@ class Tuple:
         return f".{c_word(self.fields[place]) if self.fields else f'v{place}'}"
 
 
+@_once
 @dataclass(frozen=True)
 class Record:
     """A record in memory: its name in C, its fields with their types.
@@ -97,6 +118,7 @@ class Record:
     bounds: tuple[tuple[str, tuple[float, float]], ...] = ()
 
 
+@_once
 @dataclass(frozen=True)
 class Array:
     """Numbers in memory, doubles; a length of None: not known here.
@@ -117,6 +139,7 @@ class Array:
         return self.shape if self.kept is None else self.kept
 
 
+@_once
 @dataclass(frozen=True)
 class Rows:
     """Records in memory, one after another."""
