@@ -110,7 +110,7 @@ def _drag_notes(scenario: Scenario) -> Iterator[str]:
     height_km = 1e-3 * (axis - EARTH_RADIUS_M)
     if height_km < LOWEST_KM:  # which has a note of its own
         return
-    lost_km = min(_descent_km_s(axis) * scenario.length_s, height_km)
+    lost_km = min(float(_descent_km_s(height_km)) * scenario.length_s, height_km)
     days = _days_left(height_km)
     if lost_km < _LOST_KM and days < _STAYS_DAYS:
         yield (
@@ -128,10 +128,10 @@ def _drag_notes(scenario: Scenario) -> Iterator[str]:
 def _days_left(height_km: float) -> float:
     """Days in which drag lowers a circular orbit to the height below which it ends at once."""
     heights_km = np.linspace(LOWEST_KM, height_km, _HEIGHTS)
-    speeds = [_descent_km_s(EARTH_RADIUS_M + 1e3 * each) for each in heights_km.tolist()]
-    if not all(speeds):
+    speeds_km_s = _descent_km_s(heights_km)
+    if not np.all(speeds_km_s):
         return math.inf
-    return float(np.trapezoid(1.0 / np.array(speeds), heights_km)) / DAY_S
+    return float(np.trapezoid(1.0 / speeds_km_s, heights_km)) / DAY_S
 
 
 def _is_of_two_bodies(orbit: AnyOrbit) -> bool:
@@ -153,14 +153,14 @@ def _elements(extent: Extent) -> tuple[float, float, float]:
     return 0.5 * (near + far), (far - near) / (far + near), inclination
 
 
-def _descent_km_s(axis_m: float) -> float:
-    """Speed [km/s] at which drag lowers a circular orbit: density sqrt(mu a) times drag by mass."""
+def _descent_km_s(height_km: float | np.ndarray) -> np.ndarray:
+    """Speeds [km/s] at which drag lowers circular orbits: density sqrt(mu a) times drag by mass;
+    0 above the table."""
     heights, densities = np.array(TABLE).T
-    height_km = 1e-3 * (axis_m - EARTH_RADIUS_M)
-    if height_km > heights[-1]:
-        return 0.0
-    density = math.exp(np.interp(height_km, heights, np.log(densities)))
-    return 1e-3 * density * math.sqrt(MU_EARTH_M3_S2 * axis_m) * _DRAG_M2_KG
+    density = np.exp(np.interp(height_km, heights, np.log(densities)))
+    axis_m = EARTH_RADIUS_M + 1e3 * np.asarray(height_km)
+    speed = 1e-3 * density * np.sqrt(MU_EARTH_M3_S2 * axis_m) * _DRAG_M2_KG
+    return np.where(height_km > heights[-1], 0.0, speed)
 
 
 _CHECKS = {
