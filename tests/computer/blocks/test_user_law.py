@@ -481,7 +481,8 @@ def in_a_process(script, *arguments):
     return done.stdout.split()
 
 
-def test_second_process_reuses_the_cached_law_and_notices_an_edit(tmp_path):
+def test_second_process_reuses_the_cached_law_and_notices_an_edit(tmp_path, monkeypatch):
+    monkeypatch.setenv("TORQUER_CACHE_DIR", str(tmp_path / "cache"))  # none of an earlier run
     text = "from gains import K\n" + HEAD + BODY + "return (K * SIGN, 0.0, 0.0)\n\nSIGN = 1.0\n"
     written(tmp_path, "K = 2.0\n", "gains.py")
     file = written(tmp_path, text)
