@@ -50,6 +50,19 @@ def test_its_first_line_has_the_command_that_writes_it(name, call, tmp_path, mon
     assert alike(tomllib.loads(text), tomllib.loads(made))
 
 
+@pytest.mark.parametrize(
+    ("options", "name"),
+    [(("--like", "3u"), "3u"), (("--example", "satellites/cubesat_1u"), "cubesat_1u")],
+)
+def test_without_a_name_it_has_that_of_the_size_or_example(
+    options, name, call, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = call("init", *options)
+    assert code == 0 and f"torquer run {name}.toml" in out, err
+    assert [path.name for path in tmp_path.iterdir()] == [f"{name}.toml"]
+
+
 @pytest.mark.parametrize("name", [path.stem for path in ALL])
 def test_it_is_valid_and_can_be_copied(name, call, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

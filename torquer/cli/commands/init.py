@@ -48,11 +48,13 @@ def init(
 
     With --like it is a satellite of that size. Inertia, surfaces and residual dipole follow from
     size and mass, and B-dot has the gain of theory; with --wheels it slews and holds by wheels.
-    What the data sheet leaves open varies in a campaign.
+    What the data sheet leaves open varies in a campaign. Without NAME the file has the name of
+    the size or of the example.
     """
     if listed:
         return _list(json)
-    if name is None:
+    name = name or how.like or (example or "").rpartition("/")[2]
+    if not name:
         raise ValueError("NAME: must be given; received nothing")
     path = _file_for(name)
     text, others = _START.read_text(encoding="utf-8"), {}
