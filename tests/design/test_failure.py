@@ -146,6 +146,17 @@ def test_a_cause_without_which_all_arrive_limits_whatever_the_error():
     assert said in found.lines()
 
 
+def test_an_error_that_grows_without_a_cause_is_not_called_less():
+    """Gravity holds what a dipole turns."""
+    without = {"gravity gradient": Flown(0, 16, 67.7), "residual dipole": Flown(16, 16, 1.7)}
+    together = (("residual dipole",), Flown(16, 16, 1.7))
+    found = Failure("it", "error", "deg", Flown(0, 16, 44.3), without, together)
+    assert "why: without gravity gradient: 0 of 16, median 67.7 deg (53 % more)" in found.lines()
+    assert "why: without residual dipole: 16 of 16, median 1.7 deg (96 % less)" in found.lines()
+    still = Failure("it", "error", "deg", Flown(0, 16, 0.0), without, together)
+    assert any(line.endswith("(more)") for line in still.lines())
+
+
 def test_what_limits_most_of_the_error_is_named_where_not_all_arrive_without_it(satellite):
     """Text and data name the same: gravity, of which a law is designed with, or a dipole."""
     flown, better, all_but = Flown(0, 16, 149.0), Flown(10, 16, 0.04), Flown(12, 16, 0.03)

@@ -108,12 +108,18 @@ class Failure:
         return f"{flown.arrived} of {flown.runs}, median {median:.3g} {self.unit}"
 
     def _without(self) -> list[str]:
-        ordered = sorted(self.without, key=self.share, reverse=True)
-        return [
-            f"without {name}: {self._told(self.without[name])} ({100.0 * self.share(name):.0f} % "
-            "less)"
-            for name in ordered
-        ]
+        ordered = sorted(self.without, key=lambda name: self.without[name].median)
+        return [self._change(name) for name in ordered]
+
+    def _change(self, name: str) -> str:
+        """By how much the median is another without a cause; it may be greater, too."""
+        told, less = self._told(self.without[name]), 100.0 * self.share(name)
+        if self.without[name].median <= self.flown.median:
+            return f"without {name}: {told} ({less:.0f} % less)"
+        if not self.flown.median > 0.0:
+            return f"without {name}: {told} (more)"
+        more = 100.0 * (self.without[name].median / self.flown.median - 1.0)
+        return f"without {name}: {told} ({more:.0f} % more)"
 
     def _limit(self) -> str:
         name = self.limiting

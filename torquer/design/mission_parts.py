@@ -92,6 +92,7 @@ def detumbling(scenario: Scenario, request: MissionRequest) -> Part:
     count, runs = best.settled_within(sweep.wanted.allowed_s), len(best.settled_s)
     words = f"{count} of {runs} releases stay {goal}, half of them after "
     words += f"{best.settled_by(0.5) / 3600.0:.3g} h, with a gain of {best.gain:.4g} A m^2 s/T"
+    words += f", {sweep.chosen_is}" if sweep.chosen_is else ""
     opened = () if scenario.mission else ("mission: no rate that counts as stopped is given",)
     # of the time by theory nothing is said here: the releases were flown
     doubts = [each for each in sweep.verdict.doubts if each.limit is ABOVE_REST]

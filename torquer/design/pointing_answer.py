@@ -63,6 +63,8 @@ class BudgetLine:
 _BEYOND = f"beyond {math.degrees(LEAN.most):.2g} deg, where the linear theory ends"
 #: Below it an error is rounding, or that of the integrator [rad].
 _NOTHING_RAD = math.radians(1e-5)
+#: An angle up to this one is rounding of equations that give none.
+_ROUNDING_DEG = 1e-9
 
 
 @dataclass(frozen=True)
@@ -119,9 +121,9 @@ class PointingBudget:
         part = f"{100.0 * self.request.confidence:.4g} %"
         return (
             f"{self.scenario.name}: pointing budget [deg], rms of the angle predicted and flown "
-            f"({self.request.flights} flights), from {self.from_s:.4g} s to "
-            f"{self.scenario.length_s:.4g} s; stability (RPE) over {self.window_s:g} s; last: the "
-            f"APE that {part} do not exceed. Statistics are {INTERPRETATION}."
+            f"(flights: {self.request.flights}), from {self.from_s:.4g} s to "
+            f"{self.scenario.length_s:.4g} s; stability (RPE) over {self.window_s:.4g} s; last: "
+            f"the APE that {part} do not exceed. Statistics are {INTERPRETATION}."
         )
 
     def csv(self) -> str:
@@ -185,10 +187,15 @@ def _numbers(key: str, label: str, errors: Errors | None) -> list[Row]:
         return [Row(key), Row("", label, text="none" if "pred." in label else "-")]
     rms = math.degrees(errors.rms_rad)
     return [
-        Row(f"{key}/rms_deg", label, rms, text=f"{rms:.3g}"),
+        Row(f"{key}/rms_deg", label, rms, text=_angle_text(rms)),
         Row(f"{key}/axes_deg", value=[math.degrees(x) for x in errors.axes_rad.tolist()]),
         Row(f"{key}/quantile_deg", value=math.degrees(errors.quantile_rad)),
     ]
+
+
+def _angle_text(angle_deg: float) -> str:
+    """An angle for people, without rounding of equations that give none."""
+    return f"{angle_deg if angle_deg > _ROUNDING_DEG else 0.0:.3g}"
 
 
 def _quantiles(line: BudgetLine, part: str) -> list[Row]:
@@ -197,7 +204,7 @@ def _quantiles(line: BudgetLine, part: str) -> list[Row]:
     measured = line.measured("ape")
     pairs = (("pred.", predicted), ("flown", measured and measured.errors))
     return [
-        Row("", f"{part} {name}", text=f"{math.degrees(x.quantile_rad):.3g}" if x else "-")
+        Row("", f"{part} {name}", text=_angle_text(math.degrees(x.quantile_rad)) if x else "-")
         for name, x in pairs
     ]
 

@@ -12,6 +12,7 @@ from torquer.scenario.spec import Scenario
 from torquer.scenario.toml_text import to_toml
 from torquer.theory.three_axis.gain_search import (
     SETTLED,
+    WEIGHTS,
     Candidate,
     DesignTask,
     ThreeAxisDesign,
@@ -26,6 +27,11 @@ CAPTURED = Limit(
     why="degree and settling are those of small errors",
     of="degree and settling of a three-axis hold", shown="the flights of --capture-runs",
 )  # fmt: skip
+
+
+#: What the search of the second pair varies; ends of a range, by their sign.
+_SEARCHED = ("rate_gain_n_m_s_per_t2", "angle_gain_n_m_per_t2 over that of the formula")
+_TRIED = {-1: "the least tried", 1: "the greatest tried"}
 
 
 @dataclass(frozen=True)
@@ -119,6 +125,9 @@ class ThreeAxisAnswer:
             "strengths": dict(zip(("formula", "refined"), self.design.strengths, strict=True)),
             "gains_found": bool(search.value > 0.0),
             "grid_spacing": float(search.spacing.max()),
+            "at_ends": self._ends(),
+            "regulator_weight": self.design.weight,
+            "regulator_weight_is": self._weight_is(),
             "candidates": {name: as_data(row) for name, row in rows},
             "notes": [*self.case_notes],
             "trim": self.trim and self.trim.data(),
@@ -178,14 +187,31 @@ class ThreeAxisAnswer:
                 "refined: no gains on the grids around it are better; the last grid has a spacing "
                 f"of {100.0 * self.design.search.spacing.max():.2g} %"
             )
+            lines += [
+                f"refined: {what} is {tried}: beyond it the search does not look"
+                for what, tried in self._ends().items()
+            ]
         else:
             lines.append(
                 "refined: no gains within the coils' limit are stable with a gain margin of "
                 f"{self.task.gain_margin:g}; these grow most slowly"
             )
+        if text := self._weight_is():
+            weight = self.design.weight
+            lines.append(f"regulator: its dipole weighs {weight:.2g} of the coils' limit, {text}")
         lines += self.trim.lines() if self.trim else []
         lines += [_capture(name, found) for name, found in self.captures.items()]
         return [*lines, *(self.failure.lines() if self.failure else ())]
+
+    def _ends(self) -> dict[str, str]:
+        """Where the second pair ends the range that was searched, by what does."""
+        named = zip(_SEARCHED, self.design.search.ends, strict=True)
+        return {what: _TRIED[end] for what, end in named if end}
+
+    def _weight_is(self) -> str:
+        """Where the regulator's weight ends those tried."""
+        ends = {float(WEIGHTS.min()): _TRIED[-1], float(WEIGHTS.max()): _TRIED[1]}
+        return ends.get(self.design.weight, "")
 
     def tables(self) -> dict[str, str]:
         """Each designed law by name, as the TOML table of a scenario."""

@@ -22,12 +22,15 @@ def notes_on(made: GyroDesign) -> list[str]:
 
 
 def _on_search(made: GyroDesign) -> list[str]:
-    """Where flights are too long to look for what would work."""
+    """Gains of stage 1 that end those tried; flights too long to look for what would work."""
+    of_stage_1 = made.first.ends.items()
+    ends = [f"stage 1: its {key} of {made.law[key]:g} is {what}" for key, what in of_stage_1]
     if made.failure is None or made.failure.flown.runs >= RUNS:
-        return []
+        return ends
     return [
+        *ends,
         f"a flight takes {steps_of(made.scenario):.2g} steps: causes were flown with "
-        f"{made.failure.flown.runs} starts, and no satellite that would point was looked for"
+        f"{made.failure.flown.runs} starts, and no satellite that would point was looked for",
     ]
 
 
