@@ -119,7 +119,7 @@ def test_the_limiting_cause_and_the_nearest_designs_are_found(satellite):
     said = "\n".join(found.lines())
     assert "what limits: residual dipole, 98 % of it" in said
     assert "works: residual dipole 0.00" in said
-    assert "not found: altitude up to 1e+03 km" in said
+    assert "not found: altitude from 500 to 1e+03 km" in said
 
 
 def test_causes_that_only_together_limit_are_named(satellite):

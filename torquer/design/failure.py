@@ -155,7 +155,7 @@ class Failure:
 
     def _missing(self) -> list[str]:
         return [
-            f"{each.lever} up to {each.bound:.3g} {each.unit}"
+            f"{each.lever} from {each.now:.3g} to {each.bound:.3g} {each.unit}"
             for each in self.found if each.value is None
         ]  # fmt: skip
 
