@@ -9,7 +9,7 @@ import pytest
 from torquer.design import three_axis_trim
 from torquer.theory.three_axis.response import greatest_angle
 from torquer.theory.three_axis.sampled import SOURCES
-from torquer.theory.validity import LEAN
+from torquer.theory.validity import LEAN, VALID
 
 
 def candidate(dipole_rad: float, rest_rad: float):
@@ -34,3 +34,10 @@ def test_what_it_leaves_is_told_within_the_linear_theory_alone(monkeypatch, rest
     assert (found is not None) == offered
     if offered:
         assert found.left_deg == {"hold": pytest.approx(math.degrees(rest_rad))}
+
+
+def test_what_it_leaves_is_none_where_only_rounding_is_left():
+    spec = SimpleNamespace(time_constant_s=1450.0, greatest_dipole_a_m2=0.1, coil_duty=1.0)
+    design = SimpleNamespace(spec=spec, slowest_s=4000.0, verdict=VALID)
+    told = three_axis_trim.TrimAnswer(design, {"refined": 3.28e-15, "own": 0.125}).lines()[1]
+    assert "leaves refined 0 deg, own 0.125 deg;" in told

@@ -19,7 +19,7 @@ from torquer.analysis.pointing.statistics import (
     predicted_errors,
     predicted_stability,
 )
-from torquer.base.rows import Row, as_data, as_html, as_text
+from torquer.base.rows import Row, as_data, as_html, as_text, degrees_text
 from torquer.design.pointing_budget_flights import FlightErrors, Flights, FlownErrors
 from torquer.design.pointing_imbalance import imbalance
 from torquer.design.requests import PointingRequest
@@ -63,8 +63,6 @@ class BudgetLine:
 _BEYOND = f"beyond {math.degrees(LEAN.most):.2g} deg, where the linear theory ends"
 #: Below it an error is rounding, or that of the integrator [rad].
 _NOTHING_RAD = math.radians(1e-5)
-#: An angle up to this one is rounding of equations that give none.
-_ROUNDING_DEG = 1e-9
 
 
 @dataclass(frozen=True)
@@ -187,15 +185,10 @@ def _numbers(key: str, label: str, errors: Errors | None) -> list[Row]:
         return [Row(key), Row("", label, text="none" if "pred." in label else "-")]
     rms = math.degrees(errors.rms_rad)
     return [
-        Row(f"{key}/rms_deg", label, rms, text=_angle_text(rms)),
+        Row(f"{key}/rms_deg", label, rms, text=degrees_text(rms)),
         Row(f"{key}/axes_deg", value=[math.degrees(x) for x in errors.axes_rad.tolist()]),
         Row(f"{key}/quantile_deg", value=math.degrees(errors.quantile_rad)),
     ]
-
-
-def _angle_text(angle_deg: float) -> str:
-    """An angle for people, without rounding of equations that give none."""
-    return f"{angle_deg if angle_deg > _ROUNDING_DEG else 0.0:.3g}"
 
 
 def _quantiles(line: BudgetLine, part: str) -> list[Row]:
@@ -204,7 +197,7 @@ def _quantiles(line: BudgetLine, part: str) -> list[Row]:
     measured = line.measured("ape")
     pairs = (("pred.", predicted), ("flown", measured and measured.errors))
     return [
-        Row("", f"{part} {name}", text=_angle_text(math.degrees(x.quantile_rad)) if x else "-")
+        Row("", f"{part} {name}", text=degrees_text(math.degrees(x.quantile_rad)) if x else "-")
         for name, x in pairs
     ]
 
