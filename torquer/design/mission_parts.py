@@ -20,6 +20,7 @@ from torquer.design.mission_pointing import (
     budget_in_words,
     budget_of,
     error_that_counts,
+    filled_in_words,
     flown_in_words,
     fly_laws,
     judged_by,
@@ -181,8 +182,9 @@ def pointing(scenario: Scenario, request: MissionRequest) -> Part:
     found, limit = fly_laws(scenario), request.within_deg(scenario)
     holds = error_that_counts(found) <= limit and not found.saturates
     opened = ("a wheel reaches its momentum limit",) if found.saturates else ()
-    words = flown_in_words(found, limit)
-    state = HOLDS if holds else FAILS
+    words, fills = flown_in_words(found, limit), filled_in_words(found)
+    opened = (*opened, fills) if fills else opened
+    state = FAILS if not holds else DOUBTFUL if fills else HOLDS
     return Part("", state, words, opened, found, tuple(found.lines()), dict(found.summary))
 
 
