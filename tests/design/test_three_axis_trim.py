@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from torquer.design import three_axis_trim
+from torquer.design import three_axis_answer, three_axis_trim
 from torquer.theory.three_axis.response import greatest_angle
 from torquer.theory.three_axis.sampled import SOURCES
 from torquer.theory.validity import LEAN, VALID
@@ -41,3 +41,13 @@ def test_what_it_leaves_is_none_where_only_rounding_is_left():
     design = SimpleNamespace(spec=spec, slowest_s=4000.0, verdict=VALID)
     told = three_axis_trim.TrimAnswer(design, {"refined": 3.28e-15, "own": 0.125}).lines()[1]
     assert "leaves refined 0 deg, own 0.125 deg;" in told
+
+
+@pytest.mark.parametrize("trim_helps", [True, False])
+def test_the_trim_is_advised_where_it_helps_alone(trim_helps):
+    """Air turns a PocketQube at 300 km further than the linear theory goes, whatever its dipole."""
+    error = candidate(2.0, 0.1 if trim_helps else 1.9).error
+    shares, remedy = three_axis_answer._shares(error, trim_helps)
+    assert f"{SOURCES[1]} " in shares
+    assert ("let the law dipole_trim" in remedy) == trim_helps
+    assert ("make the other causes less, too" in remedy) != trim_helps

@@ -108,7 +108,8 @@ class ThreeAxisAnswer:
 
     def _notes_on(self, each: Candidate) -> list[str]:
         """Of what to beware; what makes an error that is too great."""
-        return [*(_shares(each.error) if self._is_unusable(each) else ()), *each.notes]
+        helps = self.trim is not None
+        return [*(_shares(each.error, helps) if self._is_unusable(each) else ()), *each.notes]
 
     def data(self) -> dict:
         """Plain data, with units in the keys."""
@@ -270,12 +271,20 @@ def _shares_of(found: PointingError) -> dict[str, float]:
     return {name: angle / total for name, angle in each.items()} if total > 0.0 else {}
 
 
-def _shares(found: PointingError) -> list[str]:
-    """What makes an error, most first; a constant dipole needs another remedy than gains."""
+def _shares(found: PointingError, trim_helps: bool) -> list[str]:
+    """What makes an error, most first; a constant dipole needs another remedy than gains.
+
+    `trim_helps`: what is left with the dipole taken off lies within the linear theory.
+    """
     shares = sorted(_shares_of(found).items(), key=lambda one: -one[1])
     named = [f"{name} {100.0 * part:.0f} %" for name, part in shares if part >= 0.01]
     lines = [f"its error is made by {', '.join(named)}"] if named else []
-    if shares and shares[0][0] == SOURCES[1]:
+    if shares and shares[0][0] == SOURCES[1] and not trim_helps:
+        lines.append(
+            "with the residual dipole taken off its error still lies beyond the linear theory: "
+            "make the other causes less, too"
+        )
+    elif shares and shares[0][0] == SOURCES[1]:
         lines.append(
             "feedback of the attitude does not compensate a constant dipole: make the residual "
             "dipole less, or let the law dipole_trim estimate it and take it off"
