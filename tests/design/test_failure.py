@@ -137,6 +137,19 @@ def test_causes_that_only_together_limit_are_named(satellite):
     )
 
 
+def test_a_cause_that_may_stay_is_not_among_those_that_go_together(satellite):
+    """Noise goes first, as it makes most of the error; dipole and bias are what stops all."""
+
+    def fly(scenario, seed) -> Flown:
+        meter = scenario.spacecraft.magnetometer
+        noise, bias = meter.noise_nt > 0.0, any(meter.bias_nt)
+        dipole = _dipole(scenario) > 0.0
+        return Flown(16 * (not dipole and not bias), 16, 1.0 + 3.0 * noise + 2.0 * dipole + bias)
+
+    _, (names, flown) = without_each(satellite, ("bias", "noise", "residual dipole"), fly)
+    assert names == ("residual dipole", "bias") and flown == Flown(16, 16, 4.0)
+
+
 def test_a_cause_without_which_all_arrive_limits_whatever_the_error():
     """Most starts point well, some never: the median error hardly changes."""
     without = {"bias": Flown(11, 16, 0.15), "residual dipole": Flown(16, 16, 0.5)}

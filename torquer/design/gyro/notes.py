@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 
+from torquer.analysis.causes import AIR
+from torquer.analysis.counter_tests import groups_of
 from torquer.design.failure import RUNS
 from torquer.design.gyro.answer import GyroDesign
 from torquer.design.gyro.flown_scenario import EXACT_DEG, steps_of
@@ -17,8 +19,15 @@ _NEAR = 0.1
 def notes_on(made: GyroDesign) -> list[str]:
     """What the user should know."""
     flown = made.flights.notes if made.flights else ()
-    own = *_on_wheel(made), *_on_orbit(made), *_on_coils(made), *_on_search(made)
+    own = *_on_wheel(made), *_on_orbit(made), *_on_coils(made), *_on_search(made), *_on_air(made)
     return [*flown, *made.case.notes, *own]
+
+
+def _on_air(made: GyroDesign) -> list[str]:
+    """What turns the satellite and is no part of the errors."""
+    if AIR not in groups_of(made.case.scenario):
+        return []
+    return ["errors by cause, and the time by theory, are without air and light"]
 
 
 def _on_search(made: GyroDesign) -> list[str]:
