@@ -1,8 +1,16 @@
 """`torquer design detumble`: gains flown, the one chosen, files, one line per mistake."""
 
+import tomllib
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 import torquer
+from torquer.design import DetumbleRequest
+from torquer.design.detumbling import gains_flown, without_flights
+from torquer.design.gain_flights import GainFlights
+from torquer.scenario.load import scenario_from_data
 
 CUBESAT = """
 start = 2025-01-01T00:00:00Z
@@ -58,6 +66,39 @@ def test_the_gain_of_bdot_is_flown(call, strict_json, detumbling, tmp_path):
     assert (out / "page.pdf").read_bytes().startswith(b"%PDF")
     law = torquer.load_scenario(out / "scenario.toml").control.law
     assert law.gain_a_m2_s_per_t == pytest.approx(found["gain_a_m2_s_per_t"], rel=1e-3)
+
+
+@pytest.mark.parametrize(("own", "count"), [(1.003, 3), (1.05, 4)])
+def test_gains_that_show_the_same_number_are_flown_once(make, own, count):
+    """The file's own in place of that of theory, where a table cannot tell them apart."""
+    bare = scenario_from_data(tomllib.loads(CUBESAT) | {"name": "cubesat"})
+    theory = without_flights(bare, DetumbleRequest()).theory_gain
+    scenario = bare.replace("control.law", {"kind": "bdot", "gain_a_m2_s_per_t": own * theory})
+    gains = gains_flown(without_flights(scenario, DetumbleRequest()), 3)
+    assert len(gains) == len({f"{each:.3g}" for each in gains}) == count
+    assert own * theory in gains
+
+
+@pytest.mark.parametrize(
+    ("hours", "words"),
+    [
+        ((5.0, 5.1, 5.2, 5.3), "the least flown"),
+        ((5.0, 2.0, 2.1, 2.2), ""),
+        ((5.0, 4.0, 3.0, 4.0), "the greatest flown that does not overshoot"),
+        ((5.0, 4.0, 3.0), "the greatest flown"),
+    ],
+)
+def test_a_gain_at_an_end_of_those_flown_is_said_to_be(detumbling, hours, words):
+    """Beyond the ends nothing is known; the fourth is the law's, beyond half of what overshoots."""
+    case = without_flights(torquer.load_scenario(detumbling), DetumbleRequest())
+    gains = [1e3, 2e3, 4e3, 0.6 * case.most_gain]
+    flights = tuple(
+        GainFlights(gain, *(np.full(4, x) for x in (each, 3600.0 * each, 1.0, 0.1, 0.1, 0.1)))
+        for gain, each in zip(gains, hours, strict=False)
+    )
+    sweep = replace(case, flights=flights)
+    assert sweep.data()["gain_is"] == sweep.chosen_is == words
+    assert sweep.words()[0].endswith(f", {words}" if words else f"= {sweep.chosen.gain:.4g}")
 
 
 RESIDUAL = """

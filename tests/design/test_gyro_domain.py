@@ -1,6 +1,7 @@
 """Where a magneto-gyroscopic design holds: the satellite's own dipole, upside down, flights."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from torquer.compile import engine
 from torquer.design.failure import RUNS
 from torquer.design.gyro import failure
 from torquer.design.gyro.answer import _angle_text
+from torquer.design.gyro.domain import _with_remedy
 from torquer.design.gyro.flown_scenario import steps_of
 from torquer.design.gyro.gains import magneto_gyro
 from torquer.design.pointing_flights import PointingFlights
@@ -28,6 +30,7 @@ from torquer.theory.magneto_gyro.own_dipole import (
 from torquer.theory.magneto_gyro.stage_1 import STAGE_1, stage_1_driven_by
 from torquer.theory.magneto_gyro.stage_2 import driven_by, stage_2_loop
 from torquer.theory.magneto_gyro.stage_2_gains import Stage2Weights, stage_2_gains
+from torquer.theory.validity import Doubt
 
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole flights: minutes without JIT")
 CRAFT = GyroCraft((3800.0, 2200.0, 3600.0), 30.0, 1.0317e-3)
@@ -224,3 +227,8 @@ def test_a_tenth_of_the_releases_may_not_point(never, told):
 def test_an_angle_beyond_linear_theory_has_no_number():
     assert _angle_text(math.radians(54.3)) == "54"
     assert _angle_text(math.radians(90.5)) == "more than 90"
+    case = SimpleNamespace(coils=SimpleNamespace(residual_dipole_a_m2=[1e-3] * 3))
+    told = [_with_remedy(case, Doubt(TURNED_1, angle)).text for angle in (54.3, 3680.0)]
+    for text, angle in zip(told, ("= 54.3", "more than 90"), strict=True):
+        assert text.startswith(f"angle by the own dipole in stage 1 [deg] {angle}: must be at most")
+    assert "at most 7.06e-06 may be left" in told[1]

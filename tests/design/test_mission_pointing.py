@@ -8,7 +8,7 @@ import pytest
 import torquer
 from torquer.campaign.faults.fly import fly_faults
 from torquer.compile import engine
-from torquer.design.mission_parts import FAILS, HOLDS, LEFT_OUT, _bare, walk
+from torquer.design.mission_parts import DOUBTFUL, FAILS, HOLDS, LEFT_OUT, _bare, walk
 from torquer.design.mission_pointing import (
     FlownLaws,
     error_that_counts,
@@ -17,6 +17,7 @@ from torquer.design.mission_pointing import (
 )
 from torquer.design.requests import MissionRequest
 from torquer.design.wheel_file import slews_of
+from torquer.scenario.load import scenario_from_data
 
 EXAMPLES = Path(torquer.__file__).parents[1] / "examples"
 LOOKS = torquer.load_scenario(EXAMPLES / "looks_at_a_station.toml")
@@ -35,6 +36,34 @@ def test_slews_are_judged_by_what_is_commanded(within_deg, state):
     for words in ("from what is commanded, slews included", "of its momentum", "coils "):
         assert words in part.words
     assert not part.answer.saturates and part.open == ()
+
+
+PUSHED_N_M = 1e-6
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+def test_momentum_that_nothing_takes_off_fills_the_wheels():
+    """A torque of 1e-6 N m along the orbit's normal: 0.0864 N m s a day, 0.5 N m s in 5.8 days."""
+    alone = torquer.load_scenario(EXAMPLES / "satellites/small_150kg_wheels.toml")
+    data = alone.model_dump(mode="json", exclude_unset=True, exclude_none=True)
+    craft, control = data["spacecraft"], data["control"]
+    for name in ("coils", "aerodynamics", "magnetometer"):
+        del craft[name]
+    craft["wheels"] |= {"layout": {"kind": "axes", "axes": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]},
+                        "momentum_limit_n_m_s": 0.5}  # fmt: skip
+    del control["laws"]["unload"]
+    data |= {"disturbance": {"constant_torque_n_m": [0.0, PUSHED_N_M, 0.0]},
+             "simulation": {"revolutions": 1.2, "record_s": 10.0}}  # fmt: skip
+    data["initial"]["euler_deg"] = [0.0, 0.0, 0.0]
+    del data["environment"]["atmosphere"]
+    part = walk("pointing in flight", scenario_from_data(data), MissionRequest())
+    assert part.state == DOUBTFUL and part.open == (
+        "nothing unloads the wheels: they gather 0.086 N m s a day, and have no more than 0.5 N m "
+        "s about their weakest axis, for about 5.79 d",
+    )
+    still = scenario_from_data(data | {"disturbance": {}})
+    part = walk("pointing in flight", still, MissionRequest())
+    assert part.state == HOLDS and part.open == ()
 
 
 @pytest.mark.parametrize("summary", [{}, {"final_attitude_error_deg": None}])

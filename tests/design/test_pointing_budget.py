@@ -107,6 +107,26 @@ def test_no_error_of_knowledge_is_predicted_beyond_the_linear_theory(make):
     assert found.verdict.state == "doubtful"
 
 
+def test_no_bar_reaches_the_edge_of_its_picture(make, predicted):
+    """Equal bars, too: one cause makes all of an error."""
+    one = {"spacecraft.attitude_sensor": {"noise_deg": 0.02}}
+    for budget in (predicted, pointing_budget(make(HELD | one), ALONE)):
+        for axes in plot(budget).axes:
+            assert 1.03 * max(bar.get_width() for bar in axes.patches) < axes.get_xlim()[1]
+
+
+def test_an_error_that_is_rounding_is_shown_as_none(make):
+    """The same inertia about all axes: no torque of gravity but rounding of the equations."""
+    like = HELD | {"environment.gravity_gradient": True, "spacecraft.body.inertia_kg_m2": [0.1] * 3}
+    like["control"] = HELD["control"] | {
+        "law": HELD["control"]["law"] | {"inertia_kg_m2": [0.1] * 3, "reference": "orbital"}
+    }
+    like["initial"] = {"reference": "orbital", "rate_deg_s": [0.0, 0.0, 0.0]}
+    found = pointing_budget(make(like | {"spacecraft.gyro": {"noise_deg_s": 0.01}}), ALONE)
+    assert not any("e-1" in line or "e-2" in line for line in found.lines())
+    assert "over 60 s" in found.lines()[0]
+
+
 def test_the_answer_in_all_forms(predicted):
     json.dumps(predicted.data(), allow_nan=False)
     text = "\n".join(predicted.lines())

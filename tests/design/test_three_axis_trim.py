@@ -6,10 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from torquer.design import three_axis_trim
+from torquer.design import three_axis_answer, three_axis_trim
 from torquer.theory.three_axis.response import greatest_angle
 from torquer.theory.three_axis.sampled import SOURCES
-from torquer.theory.validity import LEAN
+from torquer.theory.validity import LEAN, VALID
 
 
 def candidate(dipole_rad: float, rest_rad: float):
@@ -34,3 +34,20 @@ def test_what_it_leaves_is_told_within_the_linear_theory_alone(monkeypatch, rest
     assert (found is not None) == offered
     if offered:
         assert found.left_deg == {"hold": pytest.approx(math.degrees(rest_rad))}
+
+
+def test_what_it_leaves_is_none_where_only_rounding_is_left():
+    spec = SimpleNamespace(time_constant_s=1450.0, greatest_dipole_a_m2=0.1, coil_duty=1.0)
+    design = SimpleNamespace(spec=spec, slowest_s=4000.0, verdict=VALID)
+    told = three_axis_trim.TrimAnswer(design, {"refined": 3.28e-15, "own": 0.125}).lines()[1]
+    assert "leaves refined 0 deg, own 0.125 deg;" in told
+
+
+@pytest.mark.parametrize("trim_helps", [True, False])
+def test_the_trim_is_advised_where_it_helps_alone(trim_helps):
+    """Air turns a PocketQube at 300 km further than the linear theory goes, whatever its dipole."""
+    error = candidate(2.0, 0.1 if trim_helps else 1.9).error
+    shares, remedy = three_axis_answer._shares(error, trim_helps)
+    assert f"{SOURCES[1]} " in shares
+    assert ("let the law dipole_trim" in remedy) == trim_helps
+    assert ("make the other causes less, too" in remedy) != trim_helps

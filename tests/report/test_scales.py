@@ -9,6 +9,7 @@ from torquer.report.common.scales import (
     clock_for,
     label_places,
     level_places,
+    log_ends,
     log_floor,
 )
 
@@ -45,6 +46,14 @@ def test_log_floor():
     assert log_floor([0.0, np.nan, -1.0]) is None
     assert log_floor([0.0, 0.1, 10.0]) == 0.1
     assert log_floor([1e-20, 1.0]) == pytest.approx(1e-6)
+
+
+def test_a_logarithmic_axis_reaches_beyond_its_values():
+    assert log_ends([0.0, np.nan], 5.0, 0.1) is None
+    low, high = log_ends([2.0, 2.0], 5.0, 0.1)
+    assert low == 0.2 and 2.1 < high < 2.3
+    low, high = log_ends([1e-9, 1e-3, 1.0], 5.0, 0.1, [30.0])
+    assert low == pytest.approx(0.7e-5) and 45.0 < high < 70.0
 
 
 def test_labels_of_levels_are_moved_apart():

@@ -9,6 +9,9 @@ from collections.abc import Sequence
 from html import escape
 from typing import Any, NamedTuple
 
+#: An angle up to this one [deg] is rounding of equations that give none.
+_ROUNDING_DEG = 1e-9
+
 
 class Row(NamedTuple):
     """A value of an answer: for programs `value` by `key`, for people `text` under a label.
@@ -23,6 +26,11 @@ class Row(NamedTuple):
     value: Any = None
     unit: str = ""
     text: str = ""
+
+
+def degrees_text(angle_deg: float) -> str:
+    """An angle for people: without rounding where nothing turns."""
+    return f"{angle_deg if angle_deg > _ROUNDING_DEG else 0.0:.3g}"
 
 
 def as_data(rows: Sequence[Row]) -> dict:

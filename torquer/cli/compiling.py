@@ -91,8 +91,11 @@ def bars():
 
 
 @contextlib.contextmanager
-def show_progress(name: str):
-    """Progress callback for a bar on a terminal; None elsewhere."""
+def show_progress(name: str, total: float | None = 1.0):
+    """Progress callback for a bar on a terminal; None elsewhere.
+
+    Without a `total`, for work of minutes that counts nothing, the bar moves to and fro.
+    """
     cold = is_cold()
     if not sys.stderr.isatty():
         if cold:
@@ -100,7 +103,7 @@ def show_progress(name: str):
         yield None
         return
     with bars() as shown, contextlib.ExitStack() as stack:
-        task = shown.add_task(name, total=1.0, visible=not cold)
+        task = shown.add_task(name, total=total, visible=not cold or total is None)
         if not cold:
             yield lambda part: shown.update(task, completed=part)
             return

@@ -22,6 +22,8 @@ from torquer.theory.slow.gains import Sampling
 _LEAST, _TIMES, _MOST = 10.0, 4.0, 60.0
 #: Gains flown reach from the theory's over this factor to the theory's times it.
 _FACTOR = 10.0
+#: Logarithm of the ratio of two gains that are one in a table of three digits, and in flight.
+_SAME = 0.01
 
 
 def detumble(
@@ -47,15 +49,10 @@ def detumble(
     modes, or with another law; RequestError for a rate that B-dot cannot brake.
     """
     case = without_flights(scenario, request)
-    own, gain = case.law, case.theory_gain
-    most = min(gain * _FACTOR, case.most_gain)
-    gains = {
-        float(f"{each:.4g}") for each in (*np.geomspace(gain / _FACTOR, most, request.gains), gain)
-    }
-    if own is not None:
-        gains.add(own.gain_a_m2_s_per_t)
+    law = case.law or ANY
     laws = [
-        (own or ANY).model_copy(update={"gain_a_m2_s_per_t": each}).law() for each in sorted(gains)
+        law.model_copy(update={"gain_a_m2_s_per_t": each}).law()
+        for each in gains_flown(case, request.gains)
     ]
     releases = Releases(math.degrees(case.wanted.tip_off_rad_s), request.runs, request.times)
     limits = limits_from(math.degrees(case.wanted.below_rad_s), releases.rate_deg_s)
@@ -71,6 +68,20 @@ def detumble(
         return without_flights(changed, asked).theory_gain
 
     return replace(swept, failure=explain_stop(swept, theory_gain))
+
+
+def gains_flown(case: GainSweep, count: int) -> list[float]:
+    """Gains [A m^2 s/T] in order: the scenario's own, that of theory, and `count` around it.
+
+    Of gains so near to each other that they show the same one is left: the own before others.
+    """
+    own, gain = case.law, case.theory_gain
+    most = min(gain * _FACTOR, case.most_gain)
+    kept = [] if own is None else [own.gain_a_m2_s_per_t]
+    for each in (gain, *np.geomspace(gain / _FACTOR, most, count).tolist()):
+        if all(abs(math.log(each / other)) > _SAME for other in kept):
+            kept.append(float(f"{each:.4g}"))
+    return sorted(kept)
 
 
 def _above_residual(case: GainSweep, limits: list[float]) -> GainSweep:

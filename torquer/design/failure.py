@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import reduce
 from typing import NamedTuple
 
 from torquer.analysis.causes import COUNTED_ON
@@ -108,12 +109,18 @@ class Failure:
         return f"{flown.arrived} of {flown.runs}, median {median:.3g} {self.unit}"
 
     def _without(self) -> list[str]:
-        ordered = sorted(self.without, key=self.share, reverse=True)
-        return [
-            f"without {name}: {self._told(self.without[name])} ({100.0 * self.share(name):.0f} % "
-            "less)"
-            for name in ordered
-        ]
+        ordered = sorted(self.without, key=lambda name: self.without[name].median)
+        return [self._change(name) for name in ordered]
+
+    def _change(self, name: str) -> str:
+        """By how much the median is another without a cause; it may be greater, too."""
+        told, less = self._told(self.without[name]), 100.0 * self.share(name)
+        if self.without[name].median <= self.flown.median:
+            return f"without {name}: {told} ({less:.0f} % less)"
+        if not self.flown.median > 0.0:
+            return f"without {name}: {told} (more)"
+        more = 100.0 * (self.without[name].median / self.flown.median - 1.0)
+        return f"without {name}: {told} ({more:.0f} % more)"
 
     def _limit(self) -> str:
         name = self.limiting
@@ -149,7 +156,7 @@ class Failure:
 
     def _missing(self) -> list[str]:
         return [
-            f"{each.lever} up to {each.bound:.3g} {each.unit}"
+            f"{each.lever} from {each.now:.3g} to {each.bound:.3g} {each.unit}"
             for each in self.found if each.value is None
         ]  # fmt: skip
 
@@ -162,7 +169,7 @@ def without_each(
     The causes go together in the order in which they go best alone; the last flights are those
     without all where even these do not arrive.
     """
-    alone = {group: fly(lessened(scenario, group, 0.0), 1) for group in groups}
+    own, alone = scenario, {group: fly(lessened(scenario, group, 0.0), 1) for group in groups}
     order = sorted(groups, key=lambda group: (not alone[group].is_enough, alone[group].median))
     names: list[str] = []
     flown = Flown(0, 0, math.nan)
@@ -174,7 +181,23 @@ def without_each(
         flown = alone[group] if len(names) == 1 else fly(scenario, 1)
         if flown.is_enough:
             break
-    return alone, (tuple(names), flown)
+    return alone, _fewest(own, names, flown, fly)
+
+
+def _fewest(
+    scenario: Scenario, names: list[str], flown: Flown, fly: Callable[[Scenario, int], Flown]
+) -> tuple[tuple[str, ...], Flown]:
+    """Causes that have to go together, and the flights without them: those that may stay do."""
+    if not flown.is_enough:
+        return tuple(names), flown
+    for name in names[:-1]:
+        fewer = [each for each in names if each != name]
+        if len(fewer) < 2:  # none is enough alone
+            break
+        trial = fly(reduce(lambda each, group: lessened(each, group, 0.0), fewer, scenario), 1)
+        if trial.is_enough:
+            names, flown = fewer, trial
+    return tuple(names), flown
 
 
 def explain(

@@ -12,7 +12,7 @@ from torquer.base.strict_json import finite_or_none
 from torquer.campaign.statistics import quantile, rate_interval
 from torquer.computer.laws.bdot import Bdot
 from torquer.design.failure import Failure
-from torquer.design.gain_flights import GainFlights, choose
+from torquer.design.gain_flights import GainFlights, choose, usable_flights
 from torquer.design.residual_rate import (
     CLEAR,
     LAST_REVOLUTIONS,
@@ -133,6 +133,18 @@ class GainSweep:
         return choose(self.flights, self.wanted.within_s, SAFE * self.most_gain)
 
     @property
+    def chosen_is(self) -> str:
+        """Where the gain chosen ends the range from which it is chosen: beyond nothing is known."""
+        usable = [each.gain for each in usable_flights(self.flights, SAFE * self.most_gain)]
+        if self.chosen.gain == usable[0]:
+            return "the least flown"
+        if self.chosen.gain < usable[-1]:
+            return ""
+        return "the greatest flown" if len(usable) == len(self.flights) else (
+            "the greatest flown that does not overshoot"
+        )  # fmt: skip
+
+    @property
     def reads_rate(self) -> bool:
         """Whether the law reads the gyro."""
         return "rate" in (self.law or ANY).needs
@@ -191,6 +203,7 @@ class GainSweep:
             "residual_deg_s": None if self._residual is None else self._residual._asdict(),
             "within_s": wanted.within_s,
             "gain_a_m2_s_per_t": self.chosen.gain,
+            "gain_is": self.chosen_is,
             "theory_gain_a_m2_s_per_t": self.theory_gain,
             "overshoot_gain_a_m2_s_per_t": finite_or_none(self.most_gain),
             "revolutions": self.revolutions,
@@ -224,7 +237,7 @@ class GainSweep:
         low, high = (100.0 * end for end in rate_interval(count, runs))
         until = "" if wanted.within_s is None else f" within {_hours(wanted.within_s)} h"
         lines = [
-            f"gain: gain_a_m2_s_per_t = {best.gain:.4g}",
+            self._gain_in_words(),
             f"{count} of {runs} releases at {math.degrees(wanted.tip_off_rad_s):.3g} deg/s stay "
             f"below {self.below_deg_s:.3g} deg/s{until} ({low:.0f}..{high:.0f} % "
             f"with 95 % confidence), each flown for {self.revolutions:g} rev",
@@ -234,6 +247,12 @@ class GainSweep:
         if wanted.within_s is not None and count < runs:
             lines.append(f"no gain stops all of them in time: {self._why_late(best)}")
         return [*lines, *(self.failure.lines() if self.failure else ())]
+
+    def _gain_in_words(self) -> str:
+        gain = self.chosen.gain
+        if not self.chosen_is:
+            return f"gain: gain_a_m2_s_per_t = {gain:.4g}"
+        return f"gain: gain_a_m2_s_per_t = {gain:.4g}, {self.chosen_is}"
 
     @property
     def _residual(self) -> Residual | None:

@@ -20,6 +20,7 @@ from torquer.design.mission_pointing import (
     budget_in_words,
     budget_of,
     error_that_counts,
+    filled_in_words,
     flown_in_words,
     fly_laws,
     judged_by,
@@ -92,6 +93,7 @@ def detumbling(scenario: Scenario, request: MissionRequest) -> Part:
     count, runs = best.settled_within(sweep.wanted.allowed_s), len(best.settled_s)
     words = f"{count} of {runs} releases stay {goal}, half of them after "
     words += f"{best.settled_by(0.5) / 3600.0:.3g} h, with a gain of {best.gain:.4g} A m^2 s/T"
+    words += f", {sweep.chosen_is}" if sweep.chosen_is else ""
     opened = () if scenario.mission else ("mission: no rate that counts as stopped is given",)
     # of the time by theory nothing is said here: the releases were flown
     doubts = [each for each in sweep.verdict.doubts if each.limit is ABOVE_REST]
@@ -180,8 +182,9 @@ def pointing(scenario: Scenario, request: MissionRequest) -> Part:
     found, limit = fly_laws(scenario), request.within_deg(scenario)
     holds = error_that_counts(found) <= limit and not found.saturates
     opened = ("a wheel reaches its momentum limit",) if found.saturates else ()
-    words = flown_in_words(found, limit)
-    state = HOLDS if holds else FAILS
+    words, fills = flown_in_words(found, limit), filled_in_words(found)
+    opened = (*opened, fills) if fills else opened
+    state = FAILS if not holds else DOUBTFUL if fills else HOLDS
     return Part("", state, words, opened, found, tuple(found.lines()), dict(found.summary))
 
 

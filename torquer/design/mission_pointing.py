@@ -8,13 +8,19 @@ import xarray as xr
 
 from torquer.analysis.attitude import find_attitude_error
 from torquer.analysis.summary import Summary, summarise, summary_rows, told_rows
+from torquer.analysis.verdict import clock_text
 from torquer.analysis.wheel_use import AT_LIMIT
+from torquer.base.time import DAY_S
 from torquer.design.pointing_answer import PointingBudget, pointing_budget
 from torquer.design.requests import MissionRequest, PointingRequest
 from torquer.scenario.held import slews_in_flight, why_no_attitude
 from torquer.scenario.spec import Scenario
 from torquer.simulation.results.dataset import flown_scenario
 from torquer.simulation.setup.simulate import simulate
+from torquer.spacecraft.wheel_array.envelope import momentum_envelope
+
+#: Laws that may take momentum off the wheels, and a life of a satellite [s] in which it must go.
+_UNLOADS, _LIFE_S = ("unloading", "bias_momentum", "user"), 5.0 * 365.25 * DAY_S
 
 
 class FlownLaws(NamedTuple):
@@ -77,6 +83,34 @@ def error_that_counts(found: FlownLaws) -> float:
         return known[0]
     final = said.get("final_attitude_error_deg")
     return math.inf if final is None else max(known[0], final)
+
+
+def filled_in_words(found: FlownLaws) -> str:
+    """What becomes of momentum that no law takes off; "" where one may, or it hardly grows."""
+    scenario = flown_scenario(found.result)
+    wheels, laws = scenario.spacecraft.wheels, scenario.control.named().laws.values()
+    if wheels is None or any(spec.kind in _UNLOADS for spec in laws):
+        return ""
+    limit = momentum_envelope(wheels.array()).inner_radius
+    gain, period_s = _gained(found), scenario.orbit.period_s
+    if not gain > limit * period_s / _LIFE_S:
+        return ""
+    return (
+        f"nothing unloads the wheels: they gather {gain * DAY_S / period_s:.2g} N m s a day, and "
+        f"have no more than {limit:.2g} N m s about their weakest axis, for about "
+        f"{clock_text(float(f'{limit / gain * period_s:.2g}'))}"
+    )
+
+
+def _gained(found: FlownLaws) -> float:
+    """Size of what the last revolution adds to the momentum of body and wheels [N m s]; not a
+    number in a shorter flight."""
+    t_s, momentum = (found.result[name].values for name in ("time", "momentum_inertial"))
+    before_s = t_s[-1] - flown_scenario(found.result).orbit.period_s
+    if before_s < t_s[0]:
+        return math.nan
+    before = [np.interp(before_s, t_s, each) for each in momentum.T]
+    return float(np.linalg.norm(momentum[-1] - before))
 
 
 def on_target(found: FlownLaws, within_deg: float) -> float:

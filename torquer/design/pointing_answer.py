@@ -19,7 +19,7 @@ from torquer.analysis.pointing.statistics import (
     predicted_errors,
     predicted_stability,
 )
-from torquer.base.rows import Row, as_data, as_html, as_text
+from torquer.base.rows import Row, as_data, as_html, as_text, degrees_text
 from torquer.design.pointing_budget_flights import FlightErrors, Flights, FlownErrors
 from torquer.design.pointing_imbalance import imbalance
 from torquer.design.requests import PointingRequest
@@ -119,9 +119,9 @@ class PointingBudget:
         part = f"{100.0 * self.request.confidence:.4g} %"
         return (
             f"{self.scenario.name}: pointing budget [deg], rms of the angle predicted and flown "
-            f"({self.request.flights} flights), from {self.from_s:.4g} s to "
-            f"{self.scenario.length_s:.4g} s; stability (RPE) over {self.window_s:g} s; last: the "
-            f"APE that {part} do not exceed. Statistics are {INTERPRETATION}."
+            f"(flights: {self.request.flights}), from {self.from_s:.4g} s to "
+            f"{self.scenario.length_s:.4g} s; stability (RPE) over {self.window_s:.4g} s; last: "
+            f"the APE that {part} do not exceed. Statistics are {INTERPRETATION}."
         )
 
     def csv(self) -> str:
@@ -185,7 +185,7 @@ def _numbers(key: str, label: str, errors: Errors | None) -> list[Row]:
         return [Row(key), Row("", label, text="none" if "pred." in label else "-")]
     rms = math.degrees(errors.rms_rad)
     return [
-        Row(f"{key}/rms_deg", label, rms, text=f"{rms:.3g}"),
+        Row(f"{key}/rms_deg", label, rms, text=degrees_text(rms)),
         Row(f"{key}/axes_deg", value=[math.degrees(x) for x in errors.axes_rad.tolist()]),
         Row(f"{key}/quantile_deg", value=math.degrees(errors.quantile_rad)),
     ]
@@ -197,7 +197,7 @@ def _quantiles(line: BudgetLine, part: str) -> list[Row]:
     measured = line.measured("ape")
     pairs = (("pred.", predicted), ("flown", measured and measured.errors))
     return [
-        Row("", f"{part} {name}", text=f"{math.degrees(x.quantile_rad):.3g}" if x else "-")
+        Row("", f"{part} {name}", text=degrees_text(math.degrees(x.quantile_rad)) if x else "-")
         for name, x in pairs
     ]
 

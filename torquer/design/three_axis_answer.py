@@ -12,6 +12,7 @@ from torquer.scenario.spec import Scenario
 from torquer.scenario.toml_text import to_toml
 from torquer.theory.three_axis.gain_search import (
     SETTLED,
+    WEIGHTS,
     Candidate,
     DesignTask,
     ThreeAxisDesign,
@@ -26,6 +27,11 @@ CAPTURED = Limit(
     why="degree and settling are those of small errors",
     of="degree and settling of a three-axis hold", shown="the flights of --capture-runs",
 )  # fmt: skip
+
+
+#: What the search of the second pair varies; ends of a range, by their sign.
+_SEARCHED = ("rate_gain_n_m_s_per_t2", "angle_gain_n_m_per_t2 over that of the formula")
+_TRIED = {-1: "the least tried", 1: "the greatest tried"}
 
 
 @dataclass(frozen=True)
@@ -102,7 +108,8 @@ class ThreeAxisAnswer:
 
     def _notes_on(self, each: Candidate) -> list[str]:
         """Of what to beware; what makes an error that is too great."""
-        return [*(_shares(each.error) if self._is_unusable(each) else ()), *each.notes]
+        helps = self.trim is not None
+        return [*(_shares(each.error, helps) if self._is_unusable(each) else ()), *each.notes]
 
     def data(self) -> dict:
         """Plain data, with units in the keys."""
@@ -119,6 +126,9 @@ class ThreeAxisAnswer:
             "strengths": dict(zip(("formula", "refined"), self.design.strengths, strict=True)),
             "gains_found": bool(search.value > 0.0),
             "grid_spacing": float(search.spacing.max()),
+            "at_ends": self._ends(),
+            "regulator_weight": self.design.weight,
+            "regulator_weight_is": self._weight_is(),
             "candidates": {name: as_data(row) for name, row in rows},
             "notes": [*self.case_notes],
             "trim": self.trim and self.trim.data(),
@@ -178,14 +188,31 @@ class ThreeAxisAnswer:
                 "refined: no gains on the grids around it are better; the last grid has a spacing "
                 f"of {100.0 * self.design.search.spacing.max():.2g} %"
             )
+            lines += [
+                f"refined: {what} is {tried}: beyond it the search does not look"
+                for what, tried in self._ends().items()
+            ]
         else:
             lines.append(
                 "refined: no gains within the coils' limit are stable with a gain margin of "
                 f"{self.task.gain_margin:g}; these grow most slowly"
             )
+        if text := self._weight_is():
+            weight = self.design.weight
+            lines.append(f"regulator: its dipole weighs {weight:.2g} of the coils' limit, {text}")
         lines += self.trim.lines() if self.trim else []
         lines += [_capture(name, found) for name, found in self.captures.items()]
         return [*lines, *(self.failure.lines() if self.failure else ())]
+
+    def _ends(self) -> dict[str, str]:
+        """Where the second pair ends the range that was searched, by what does."""
+        named = zip(_SEARCHED, self.design.search.ends, strict=True)
+        return {what: _TRIED[end] for what, end in named if end}
+
+    def _weight_is(self) -> str:
+        """Where the regulator's weight ends those tried."""
+        ends = {float(WEIGHTS.min()): _TRIED[-1], float(WEIGHTS.max()): _TRIED[1]}
+        return ends.get(self.design.weight, "")
 
     def tables(self) -> dict[str, str]:
         """Each designed law by name, as the TOML table of a scenario."""
@@ -244,12 +271,20 @@ def _shares_of(found: PointingError) -> dict[str, float]:
     return {name: angle / total for name, angle in each.items()} if total > 0.0 else {}
 
 
-def _shares(found: PointingError) -> list[str]:
-    """What makes an error, most first; a constant dipole needs another remedy than gains."""
+def _shares(found: PointingError, trim_helps: bool) -> list[str]:
+    """What makes an error, most first; a constant dipole needs another remedy than gains.
+
+    `trim_helps`: what is left with the dipole taken off lies within the linear theory.
+    """
     shares = sorted(_shares_of(found).items(), key=lambda one: -one[1])
     named = [f"{name} {100.0 * part:.0f} %" for name, part in shares if part >= 0.01]
     lines = [f"its error is made by {', '.join(named)}"] if named else []
-    if shares and shares[0][0] == SOURCES[1]:
+    if shares and shares[0][0] == SOURCES[1] and not trim_helps:
+        lines.append(
+            "with the residual dipole taken off its error still lies beyond the linear theory: "
+            "make the other causes less, too"
+        )
+    elif shares and shares[0][0] == SOURCES[1]:
         lines.append(
             "feedback of the attitude does not compensate a constant dipole: make the residual "
             "dipole less, or let the law dipole_trim estimate it and take it off"

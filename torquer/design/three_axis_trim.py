@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from torquer.base.rows import degrees_text
 from torquer.scenario.toml_text import to_toml
 from torquer.theory.three_axis.gain_search import Candidate, DesignTask
 from torquer.theory.three_axis.response import PointingError, greatest_angle
@@ -33,7 +34,8 @@ class TrimAnswer:
     def lines(self) -> list[str]:
         """The law's keys, what it leaves, and whether its conditions hold."""
         spec, hours = self.design.spec, self.design.slowest_s / 3600.0
-        left = ", ".join(f"{name} {error:.3g} deg" for name, error in self.left_deg.items())
+        errors = self.left_deg.items()
+        left = ", ".join(f"{name} {degrees_text(error)} deg" for name, error in errors)
         return [
             f"trim: dipole_trim, time_constant_s = {spec.time_constant_s:g}, "
             f"greatest_dipole_a_m2 = {spec.greatest_dipole_a_m2:g}, coil_duty = {spec.coil_duty:g}",

@@ -230,9 +230,9 @@ def test_a_local_time_that_does_not_stay_is_noted_with_its_drift():
     (note,) = about_orbit(orbit | {"inclination_deg": 51.6}, "local time")
     node = 2.06474e14 * 6878.137**-3.5 * math.cos(math.radians(51.6))  # deg a day, a in km
     a_day = -4.0 * (node + 0.985647)
-    found = re.search(r"drifts by (\S+) min a day, 30 min in (\S+) days", note)
+    found = re.search(r"drifts by (\S+) min a day, 30 min in (\S+) h;", note)
     assert float(found[1]) == pytest.approx(a_day, rel=0.003)
-    assert float(found[2]) == pytest.approx(30.0 / abs(a_day), rel=0.005)
+    assert float(found[2]) / 24.0 == pytest.approx(30.0 / abs(a_day), rel=0.005)
     assert note.endswith("left out, it is the 97.402 deg of a Sun-synchronous orbit")
     assert about_orbit(orbit | {"inclination_deg": 97.4}, "local time") == []
     (note,) = about_orbit(orbit | {"inclination_deg": 98.5}, "local time")
@@ -285,7 +285,7 @@ def test_a_descent_that_is_left_out_is_noted():
 def test_an_orbit_that_does_not_last_is_noted_however_short_the_run():
     """From 200 km it is a day or two, from 250 km a week; satellites at 350 km stay for months."""
     (note,) = long_runs(ROUND | {"altitude_km": 200.0}, "no drag", 0.1)
-    assert "down from 200 km within about 1 days:" in note
+    assert "down from 200 km within about 24 h:" in note
     assert long_runs(ROUND | {"altitude_km": 350.0}, "no drag", 0.1) == []
 
 

@@ -11,7 +11,7 @@ from torquer.theory.magneto_gyro.craft import GyroCraft
 from torquer.theory.magneto_gyro.stage_1 import STAGE_1
 from torquer.theory.magneto_gyro.stage_2 import stage_2_loop
 from torquer.theory.magneto_gyro.stage_2_gains import Stage2Weights, design_stage_2, stage_2_gains
-from torquer.theory.magneto_gyro.wheel_choice import better_wheel, over_stiffness
+from torquer.theory.magneto_gyro.wheel_choice import WEAKER, better_wheel, over_stiffness
 from torquer.theory.periodic.floquet import degree_of_stability, monodromy, multipliers
 
 CRAFT = GyroCraft((3800.0, 2200.0, 3600.0), 30.0, 1.0317e-3)
@@ -45,5 +45,11 @@ def test_better_wheel_beats_the_degrees_of_one_near_h_2():
     assert better.least > 0.23
 
 
-def test_for_a_strong_wheel_no_stronger_one_is_tried():
-    assert better_wheel(CRAFT.with_wheel(60.0), 0.1, 0.25) is None
+def test_for_a_wheel_that_nutates_too_fast_a_weaker_one_is_found():
+    """Stage 1 does not brake what its filters do not follow."""
+    strong = CRAFT.with_wheel(CRAFT.wheel_at(150.0))
+    assert strong.wheel_n_m_s / strong.inertia > 0.1
+    assert not design_stage_1(strong, 0.1, (-0.1,)).degree > 0.0
+    better = better_wheel(strong, 0.1, 0.25, (-0.1,))
+    assert better.stiffness in WEAKER and better.wheel_n_m_s < 0.5 * strong.wheel_n_m_s
+    assert better.least > 0.1

@@ -63,8 +63,11 @@ def test_search_takes_higher_of_two_tops_and_follows_a_ridge():
     found = greatest(two, (-2.0, -2.0), (2.0, 2.0), 41, 1e-5)
     assert found.point == pytest.approx([-1.5, 1.7], abs=1e-4)
     assert found.value == pytest.approx(0.5, abs=1e-3)
+    assert found.ends == (0, 0)
     on_the_rim = greatest(lambda p: p.sum(axis=1), (0.0, 0.0), (1.0, 2.0), 5, 1e-3)
-    assert on_the_rim.point == pytest.approx([1.0, 2.0])
+    assert on_the_rim.point == pytest.approx([1.0, 2.0]) and on_the_rim.ends == (1, 1)
+    least = greatest(lambda p: p[:, 0] - p[:, 1], (0.0, 0.0), (1.0, 2.0), 5, 1e-3)
+    assert least.ends == (1, -1)
     with pytest.raises(ArithmeticError, match="a point of the box must be allowed"):
         greatest(lambda p: np.full(len(p), -np.inf), (0.0,), (1.0,), 5, 0.1)
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from torquer.analysis.notes.assess import assess
 from torquer.analysis.notes.slip_notes import LOWEST_KM
+from torquer.analysis.verdict import clock_text
 from torquer.base.conventions import EARTH_RADIUS_M, MU_EARTH_M3_S2
 from torquer.base.time import DAY_S
 from torquer.environment.earth.atmosphere.exponential import TABLE
@@ -92,7 +93,7 @@ def _local_time_notes(scenario: Scenario) -> Iterator[str]:
     yield (
         f"orbit.ltan_h of {orbit.ltan_h:g} h holds at the start only: with inclination_deg = "
         f"{orbit.inclination_deg:g} the local time drifts by {a_day:+.3g} min a day, "
-        f"{_OFF_MIN:g} min in {days:.3g} days; {would}"
+        f"{_OFF_MIN:g} min in {clock_text(days * DAY_S)}; {would}"
     )
 
 
@@ -113,9 +114,10 @@ def _drag_notes(scenario: Scenario) -> Iterator[str]:
     lost_km = min(float(_descent_km_s(height_km)) * scenario.length_s, height_km)
     days = _days_left(height_km)
     if lost_km < _LOST_KM and days < _STAYS_DAYS:
+        within = clock_text(DAY_S * float(f"{days:.2g}"))
         yield (
             f"orbit: drag takes a satellite of {0.5 * _DRAG_M2_KG:g} m^2 a kilogram down from "
-            f"{height_km:.4g} km within about {days:.2g} days: {_in_words(orbit)} has no drag"
+            f"{height_km:.4g} km within about {within}: {_in_words(orbit)} has no drag"
         )
     if lost_km >= _LOST_KM:
         lost = "all of its height" if lost_km == height_km else f"about {lost_km:.0f} km"

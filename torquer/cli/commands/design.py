@@ -5,7 +5,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from torquer.cli.compiling import compiling_shown, show_progress
+from torquer.cli.compiling import show_progress
 from torquer.cli.loading import load_checked, load_usable
 from torquer.cli.options import FLAT, CodeOptions, Figure, Json
 from torquer.cli.output import make_writable, moving_bar, print_answer, writing_to
@@ -45,8 +45,9 @@ def three_axis(
     satellite = None if scenario is None else _load_satellite(scenario, code)
     if out is not None:
         make_writable(out)
-    found = answer(satellite, how)
-    files = [] if out is None else _write_laws(found, out, figure)
+    with show_progress("gains and flights", total=None):
+        found = answer(satellite, how)
+        files = [] if out is None else _write_laws(found, out, figure)
     return print_answer(found, json, out, files)
 
 
@@ -156,8 +157,8 @@ def magneto_gyro(
 
     _check_figure(figure, out)
     satellite = load_usable(scenario, code, out)
-    with compiling_shown():
-        made = answer(satellite, how)
+    with show_progress("releases") as progress:
+        made = answer(satellite, how, progress and (lambda done, all_: progress(done / all_)))
     files = [] if out is None else _write_gyro(made, out, figure)
     return print_answer(made, json, out, files)
 

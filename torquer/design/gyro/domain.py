@@ -21,6 +21,8 @@ STIFF = Limit(
     of="design magneto-gyro: gains of stage 2",
     shown="exact degree 0.10 at h = 2.1, 0.12 at 2.5, 0.18 at 3, 0.23 at 4 (docs/theory)",
 )  # fmt: skip
+#: Beyond this angle [deg] a number of the linear theory means nothing.
+_MEANT_DEG = 90.0
 
 
 def dipole_in_stage_2(case: GyroCase, second: Stage2Design, form: str) -> float:
@@ -50,13 +52,17 @@ def _with_remedy(case: GyroCase, doubt: Doubt) -> Doubt:
     """A doubt about the dipole with the dipole that would be allowed."""
     if doubt.limit not in (TURNED_1, TURNED_2):
         return doubt
+    said = doubt.text
+    if doubt.value > _MEANT_DEG:
+        name, must, why = doubt.limit.name, doubt.limit.must, doubt.limit.why
+        said = f"{name} more than {_MEANT_DEG:g}: {must} ({why})"
     own = float(np.linalg.norm(case.coils.residual_dipole_a_m2))
     allowed = own * doubt.limit.most / doubt.value
     remedy = (
         f"of the satellite's {own:.3g} A m^2 (spacecraft.coils.residual_dipole_a_m2) at most "
         f"{allowed:.3g} may be left: measure and trim it, or take a stronger wheel"
     )
-    return doubt._replace(words=f"{doubt.text}; {remedy}")
+    return doubt._replace(words=f"{said}; {remedy}")
 
 
 def _flown(flights: PointingFlights | None, theory_s: float) -> tuple[Doubt, ...]:

@@ -145,9 +145,14 @@ def _first(case: GyroCase, request: MagnetoGyroRequest) -> Stage1Design:
     would = "" if better is None else (
         f", as {better.wheel_n_m_s:.4g} N m s would (h = {better.stiffness:g})"
     )  # fmt: skip
+    nutation = craft.wheel_n_m_s / craft.inertia
+    why = "" if nutation < case.filter_rate_rad_s else (
+        f", which nutates with {nutation:.3g} rad/s: the filters of stage 1 follow up to "
+        f"{case.filter_rate_rad_s:.3g} (filter_rate_rad_s)"
+    )  # fmt: skip
     raise ValueError(
         f"spacecraft.body.wheel_momentum_n_m_s: must make stage 1 stable{would}; received "
-        f"{craft.wheel_n_m_s:g} (h = {craft.stiffness:.3g})"
+        f"{craft.wheel_n_m_s:g} (h = {craft.stiffness:.3g}){why}"
     )
 
 

@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 
+from torquer.analysis.causes import AIR
+from torquer.analysis.counter_tests import groups_of
 from torquer.design.failure import RUNS
 from torquer.design.gyro.answer import GyroDesign
 from torquer.design.gyro.flown_scenario import EXACT_DEG, steps_of
@@ -17,17 +19,27 @@ _NEAR = 0.1
 def notes_on(made: GyroDesign) -> list[str]:
     """What the user should know."""
     flown = made.flights.notes if made.flights else ()
-    own = *_on_wheel(made), *_on_orbit(made), *_on_coils(made), *_on_search(made)
+    own = *_on_wheel(made), *_on_orbit(made), *_on_coils(made), *_on_search(made), *_on_air(made)
     return [*flown, *made.case.notes, *own]
 
 
-def _on_search(made: GyroDesign) -> list[str]:
-    """Where flights are too long to look for what would work."""
-    if made.failure is None or made.failure.flown.runs >= RUNS:
+def _on_air(made: GyroDesign) -> list[str]:
+    """What turns the satellite and is no part of the errors."""
+    if AIR not in groups_of(made.case.scenario):
         return []
+    return ["errors by cause, and the time by theory, are without air and light"]
+
+
+def _on_search(made: GyroDesign) -> list[str]:
+    """Gains of stage 1 that end those tried; flights too long to look for what would work."""
+    of_stage_1 = made.first.ends.items()
+    ends = [f"stage 1: its {key} of {made.law[key]:g} is {what}" for key, what in of_stage_1]
+    if made.failure is None or made.failure.flown.runs >= RUNS:
+        return ends
     return [
+        *ends,
         f"a flight takes {steps_of(made.scenario):.2g} steps: causes were flown with "
-        f"{made.failure.flown.runs} starts, and no satellite that would point was looked for"
+        f"{made.failure.flown.runs} starts, and no satellite that would point was looked for",
     ]
 
 

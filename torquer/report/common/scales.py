@@ -6,6 +6,8 @@ import numpy as np
 
 #: Longest span [s] for which a time axis is labelled in this unit, and the unit's length [s].
 _CLOCKS = ((600.0, "s", 1.0), (3 * 3600.0, "min", 60.0), (6 * 86400.0, "h", 3600.0))
+#: Part of a logarithmic axis that is left free beyond the greatest value, over the rest of it.
+_ROOM = 0.04
 _PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 
 
@@ -42,6 +44,20 @@ def log_floor(values, decades: float = 6.0) -> float | None:
     if positive.size == 0:
         return None
     return float(max(positive.min(), positive.max() * 10.0**-decades))
+
+
+def log_ends(values, decades: float, least: float, others=()) -> tuple[float, float] | None:
+    """Ends of a logarithmic axis, with room beyond the greatest; None if no value is positive.
+
+    `decades` of the values are shown at most; it begins at this `least` part of the greatest, or
+    below; `others` are marks beside the values: the axis reaches beyond them, too.
+    """
+    floor = log_floor(values, decades)
+    if floor is None:
+        return None
+    low = min(0.7 * floor, least * float(np.nanmax(values)))
+    greatest = float(np.nanmax(np.append(values, others)))
+    return low, greatest * (greatest / low) ** _ROOM
 
 
 def level_places(levels, y_range, log: bool, gap: float) -> tuple[list[float], list[float]]:

@@ -112,7 +112,8 @@ def draw_flights(
     least = max(1e-3, 0.1 * float(np.median(flights.error_deg[:, -1])))
     for error in flights.error_deg:
         axes.semilogy(orbits, np.maximum(error, least), color=BLUE, lw=0.8, alpha=0.7)
-    axes.plot([], [], color=BLUE, label=f"{len(flights.error_deg)} releases")
+    count = len(flights.error_deg)
+    axes.plot([], [], color=BLUE, label="1 release" if count == 1 else f"{count} releases")
     for limit, colour in _LIMITS:
         axes.axhline(limit, color=colour, lw=1.3, label=f"{limit:g} deg")
         at = made.time.below(math.radians(limit)) / period_s

@@ -9,7 +9,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator
 from torquer.design.pointing_answer import BudgetLine, PointingBudget
 from torquer.report.common.colours import BLUE, ORANGE
 from torquer.report.common.figure import stack_panels
-from torquer.report.common.scales import log_floor
+from torquer.report.common.scales import log_ends
 
 _TITLES = {
     "ape": "attitude (APE) [deg rms]",
@@ -74,10 +74,10 @@ def _draw_bars(axes, kind: str, lines: list[BudgetLine]) -> None:
         pairs = [("predicted", BLUE, 0.0)]
     for k, (label, colour, shift) in enumerate(pairs):
         axes.barh(places + shift, sizes[:, k], height=0.36, color=colour, label=label)
-    floor = log_floor(sizes.ravel(), _DECADES)
-    if floor is not None:
+    ends = log_ends(sizes.ravel(), _DECADES, _LEAST_SHOWN)
+    if ends is not None:
         axes.set_xscale("log")
-        axes.set_xlim(min(0.7 * floor, _LEAST_SHOWN * float(sizes.max())), None)
+        axes.set_xlim(*ends)
         _set_ticks(axes)
     axes.set_yticks(places, [line.cause.label for line in lines], fontsize=9)
     axes.invert_yaxis()

@@ -58,6 +58,21 @@ class Stage1Design(NamedTuple):
         little = TURNED_1.holds(math.degrees(self.turned_rad))
         return self.degree > 0.0 and UPSIDE_DOWN.holds(self.upside_down) and little
 
+    @property
+    def ends(self) -> dict[str, str]:
+        """Gains that end the grid from which they come, by key: beyond nothing was tried."""
+        usual = self.angle_gain <= ANGLE_GAINS[-1] and self.rate_gain <= RATE_GAINS[-1]
+        angles, rates = (
+            (ANGLE_GAINS, RATE_GAINS) if usual else (GREATER_ANGLE_GAINS, GREATER_RATE_GAINS)
+        )
+        grids = {"capture_angle_gain": (self.angle_gain, angles),
+                 "capture_rate_gain": (self.rate_gain, rates)}  # fmt: skip
+        words = {
+            key: {grid[0]: "the least tried", grid[-1]: "the greatest tried"}.get(gain, "")
+            for key, (gain, grid) in grids.items()
+        }
+        return {key: each for key, each in words.items() if each}
+
 
 def filter_rate_for(tip_off_rad_s: float) -> float:
     """Frequency of the filters [rad/s] that brakes a tip-off rate, with a reserve."""

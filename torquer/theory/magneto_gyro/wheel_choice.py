@@ -15,6 +15,8 @@ from torquer.theory.periodic.floquet import degree_of_stability, multipliers, tr
 
 #: Stiffness of the wheels that are tried for a better one, and loops of each of the two searches.
 TRIED, _EVALUATIONS = (2.5, 3.0, 3.5, 4.0, 5.0, 6.5), 40
+#: That of weaker ones, where the wheel is stronger than all of these.
+WEAKER = (40.0, 20.0, 10.0, TRIED[-1])
 #: Part of the wanted degree with which a wheel is good enough.
 _ENOUGH = 0.95
 
@@ -82,14 +84,13 @@ def better_wheel(
     form: str = "field",
 ) -> BetterWheel | None:
     """The weakest of some stronger wheels with which both stages reach the wanted degree, else the
-    best of them.
+    best of them; of a wheel that is stronger than all of these the strongest of some weaker ones.
 
     None if there is none with which both are stable.
     """
     found = []
-    for h in TRIED:
-        if h <= craft.stiffness:
-            continue
+    stronger = [h for h in TRIED if h > craft.stiffness]
+    for h in stronger or [h for h in WEAKER if h < craft.stiffness]:
         other = craft.with_wheel(craft.wheel_at(h))
         first = design_stage_1(other, filter_rate_rad_s, tuple(normals)).degree
         if not first > 0.0:

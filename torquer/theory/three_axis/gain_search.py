@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from torquer.base.rows import degrees_text
 from torquer.computer.blocks.law import Law
 from torquer.computer.laws.three_axis import ThreeAxis
 from torquer.theory.three_axis.averaged import (
@@ -71,8 +72,6 @@ RATE, ANGLE = "rate_gain", "angle_gain"
 HARMONICS = 2
 WEIGHTS = 10.0 ** np.arange(0.0, -4.1, -0.5)
 _ALONE = np.empty((1, 0))
-#: A steady error up to this [deg] is rounding.
-_ROUNDING_DEG = 1e-10
 STABLE = Limit(
     "degree of the sampled loop [1/rad]", 0.0, open=True, why="the loop is unstable",
     of="error and margins of a three-axis hold", shown="Floquet multipliers of the loop itself",
@@ -145,7 +144,7 @@ def error_text(error: PointingError | None) -> str:
     if error is None:
         return "-"
     degrees = math.degrees(error.greatest_rad)
-    return f"{degrees if degrees > _ROUNDING_DEG else 0.0:.3g}" if error.is_linear else "beyond"
+    return degrees_text(degrees) if error.is_linear else "beyond"
 
 
 @dataclass(frozen=True)

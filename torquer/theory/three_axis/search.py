@@ -17,12 +17,17 @@ _MOST_MOVES = 50
 
 class Best(NamedTuple):
     """Greatest value found: point `[m]`, value, spacing `[m]` of the last grid around it, points
-    evaluated. No point of the first grid over the box, nor of those around it, has a greater."""
+    evaluated. No point of the first grid over the box, nor of those around it, has a greater.
+
+    `ends`: where the point lies at an end of the box, -1 at the low one and 1 at the high one, or 0
+    `[m]`: beyond, values may be greater.
+    """
 
     point: np.ndarray
     value: float
     spacing: np.ndarray
     evaluations: int
+    ends: tuple[int, ...] = ()
 
 
 def greatest(
@@ -46,7 +51,9 @@ def greatest(
         found.append(best)
     if not found:
         raise ArithmeticError("search: a point of the box must be allowed; none of the grid is")
-    return max(found, key=lambda best: best.value)._replace(evaluations=used)
+    best = max(found, key=lambda best: best.value)
+    ends = (best.point >= high - best.spacing).astype(int) - (best.point <= low + best.spacing)
+    return best._replace(evaluations=used, ends=tuple(ends.tolist()))
 
 
 def _follow(function, best: Best, low, high, spacing: float) -> Best:
