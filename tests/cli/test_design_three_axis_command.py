@@ -10,6 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import torquer
+from torquer.analysis.derived import attitude_error_angle
 from torquer.cli import main
 from torquer.scenario.load import scenario_from_data
 
@@ -42,12 +43,20 @@ def test_a_design_by_options(strict_json, design):
     by_source = regulator["error"]["by_source_deg"]
     assert max(by_source, key=by_source.get) == "residual dipole"
     assert refined["law"]["kind"] == "three_axis" and refined["law"]["reference"] == "orbital"
-    names = ["formula.toml", "map.png", "page.pdf", "refined.toml", "regulator.toml", "trim.toml"]
+    names = ["formula.toml", "map.png", "page.pdf", "refined.toml", "regulator.toml",
+             "scenario.toml", "trim.toml"]  # fmt: skip
     assert found["trim"]["law"]["kind"] == "dipole_trim"
     left, errors = found["trim"]["error_deg"], found["candidates"]
     assert left and all(not errors[name]["error"]["is_linear"] for name in left)
     assert sorted(path.name for path in folder.iterdir()) == names
     assert (folder / "map.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_scenario_that_it_writes_holds_with_the_dipole_trimmed(design):
+    scenario = torquer.load_scenario(design[0] / "scenario.toml")
+    assert set(scenario.control.named().laws) == {"hold", "trim"}
+    error_deg = attitude_error_angle(torquer.simulate(scenario)).values
+    assert error_deg[0] == pytest.approx(10.0) and error_deg[-50:].max() < 2.0
 
 
 def test_a_law_in_a_file_is_executed_only_if_allowed(call, scenario, tmp_path):

@@ -4,7 +4,7 @@ import math
 from dataclasses import asdict, dataclass
 
 from torquer.base.rows import Row, as_data, as_html, as_text
-from torquer.campaign.capture import Capture
+from torquer.campaign.capture import Capture, flight
 from torquer.design.failure import Failure
 from torquer.design.three_axis_trim import TrimAnswer
 from torquer.scenario.resolution import told_of_steps
@@ -29,6 +29,8 @@ CAPTURED = Limit(
 )  # fmt: skip
 
 
+#: Of a flight with the best law.
+_REVOLUTIONS = 10.0
 #: What the search of the second pair varies; ends of a range, by their sign.
 _SEARCHED = ("rate_gain_n_m_s_per_t2", "angle_gain_n_m_per_t2 over that of the formula")
 _TRIED = {-1: "the least tried", 1: "the greatest tried"}
@@ -213,6 +215,28 @@ class ThreeAxisAnswer:
         """Where the regulator's weight ends those tried."""
         ends = {float(WEIGHTS.min()): _TRIED[-1], float(WEIGHTS.max()): _TRIED[1]}
         return ends.get(self.design.weight, "")
+
+    def best(self) -> str:
+        """The law with which most of the flown starts arrive; of equals the fastest."""
+
+        def merit(name: str) -> tuple[int, float]:
+            flown = self.captures.get(name)
+            return flown.captured if flown else 0, self.candidates[name].degree
+
+        return max(self.candidates, key=merit)
+
+    def as_scenario(self) -> Scenario:
+        """The satellite with the best law, and the trim beside it if there is one.
+
+        It starts at rest in the orbital frame, at the edge of the linear range; ten revolutions.
+        """
+        law = self.candidates[self.best()].law
+        laws = {"hold": law, "trim": self.trim.design.spec.law()} if self.trim else law
+        period_s = 2.0 * math.pi / self.task.sampled.hold.rate_rad_s
+        held = flight(self.scenario, laws, _REVOLUTIONS, period_s)
+        away = {**held.initial.model_dump(mode="json", exclude_unset=True),
+                "euler_deg": [0.0, 0.0, self.task.linear_range_deg]}  # fmt: skip
+        return held.replace("initial", away)
 
     def tables(self) -> dict[str, str]:
         """Each designed law by name, as the TOML table of a scenario."""

@@ -27,7 +27,7 @@ def three_axis(
     *,
     how: Annotated[ThreeAxisRequest, FLAT] = ThreeAxisRequest(),
     out: Annotated[
-        Path | None, Parameter(help="Folder for map.png, page.pdf, laws as TOML.")
+        Path | None, Parameter(help="Folder for map.png, page.pdf, the new scenario, laws as TOML.")
     ] = None,
     figure: Figure = None,
     json: Json = False,
@@ -71,19 +71,22 @@ def _check_figure(figure: Figure, out: Path | None) -> None:
 
 
 def _write_laws(found, out: Path, figure: Figure) -> list[Path]:
-    """map.png, page.pdf and a TOML file of each law."""
+    """map.png, page.pdf, scenario.toml with the best law, and a table of each law."""
     from torquer.report.common.one_page import save_page
     from torquer.report.common.paper import save_drawn
     from torquer.report.theory.designs import draw_design, gain_map
     from torquer.report.theory.one_page import three_axis_page
+    from torquer.scenario.toml_text import to_toml
     from torquer.simulation.results.file import put
 
     over = gain_map(found)
+    plain = found.as_scenario().model_dump(mode="json", exclude_unset=True, exclude_none=True)
     with writing_to(out):
         pictures = save_drawn({"map": draw_design(found, over)}, out, figure)
         page = save_page(three_axis_page(found, over), out)
-        laws = found.tables().items()
-        return [*pictures, page, *(put(out / f"{name}.toml", text) for name, text in laws)]
+        tables = {"scenario": to_toml(plain), **found.tables()}
+        made = [put(out / f"{name}.toml", text) for name, text in tables.items()]
+        return [*pictures, page, *made]
 
 
 def detumble(
@@ -101,8 +104,9 @@ def detumble(
     """Which gain for B-dot? From theory with saturation, sampling and lag, then flown.
 
     SCENARIO describes the satellite and its control cycle. The same releases are flown with each
-    gain. With --within-s the least gain is chosen with which most stop in time; without it the
-    least with which most stop, nine in ten of them at most 10 % later than with any other.
+    gain. The gain chosen stops the most of them: in time with --within-s, else at all. Of several
+    it is the least; without --within-s only if nine in ten then stop at most 10 % later than with
+    any other.
     """
     from torquer.design.detumbling import detumble as answer
 
