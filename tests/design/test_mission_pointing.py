@@ -2,13 +2,15 @@
 
 import math
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 import torquer
 from torquer.campaign.faults.fly import fly_faults
 from torquer.compile import engine
-from torquer.design.mission_parts import DOUBTFUL, FAILS, HOLDS, LEFT_OUT, _bare, walk
+from torquer.design.failure import Failure, Flown
+from torquer.design.mission_parts import DOUBTFUL, FAILS, HOLDS, LEFT_OUT, _bare, _of, walk
 from torquer.design.mission_pointing import (
     FlownLaws,
     error_that_counts,
@@ -144,3 +146,14 @@ def test_a_limit_of_the_attitude_is_none_of_the_gain_that_stops_it():
     assert left.attitude_error_below_deg is None
     part = walk("detumbling", given, MissionRequest(tip_off_deg_s=2.0, runs=2))
     assert "not designed" not in part.words and "releases stay below" in part.words
+
+
+def test_causes_that_limit_together_alone_are_named():
+    """A PocketQube at 300 km: air or dipole alone turn it over."""
+    none, names = Flown(0, 16, 130.0), ("air and light", "residual dipole")
+    answer = SimpleNamespace(lines=list, data=dict)
+    for flown, said in ((Flown(16, 16, 0.0), f"; what limits together: {', '.join(names)}"),
+                        (none, "")):  # fmt: skip
+        failure = Failure("it", "error", "deg", none, dict.fromkeys(names, none), (names, flown))
+        part = _of(answer, "it holds 0 of 2 starts", failure, (), ())
+        assert (part.state, part.words) == (FAILS, f"it holds 0 of 2 starts{said}")

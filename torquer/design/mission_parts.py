@@ -105,6 +105,8 @@ def _of(answer, words: str, failure, doubts: Sequence[Doubt], opened: tuple[str,
     state = FAILS if failure else DOUBTFUL if doubts else HOLDS
     if failure and failure.limiting:
         words += f"; {failure.limiting} limits"
+    elif failure and failure.together[1].is_enough:
+        words += f"; what limits together: {', '.join(failure.together[0])}"
     nearest = failure.works() if failure else ()
     more = (f"would work: {nearest[0]}",) if nearest else ()
     lines, data = tuple(answer.lines()), answer.data()
