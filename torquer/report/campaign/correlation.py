@@ -10,15 +10,13 @@ from matplotlib.lines import Line2D
 from torquer.campaign.contents import failed_in, member_inputs, member_outcomes, succeeded_in
 from torquer.campaign.statistics import as_columns
 from torquer.report.campaign.shared import (
-    LABELS_IN,
-    LETTERS,
-    TITLE_AT,
     axis_label,
+    bar_axes,
+    bar_labels,
     correlated,
     fit_label,
     input_labels,
     is_wide,
-    literal,
     outcome_in_words,
 )
 from torquer.report.common.colours import BLUE, GREY, ORANGE
@@ -142,11 +140,10 @@ def draw_correlations(result: xr.Dataset, summary: dict) -> Figure | None:
     heights = [0.45 + 0.19 * len(found) for found in bars.values()]
     figure = sheet(7.2, 0.5 + sum(heights) + 0.65, f"Rank correlations · {summary['name']}")
     top, chance = 0.5, summary["chance_correlation"]
+    make_axes = bar_axes(figure, bars.values())
     for (name, found), height in zip(bars.items(), heights, strict=True):
-        axes = place(figure, LABELS_IN, top + 0.3, 6.9 - LABELS_IN, height - 0.35)
+        axes = make_axes(top + 0.3, height - 0.35, outcome_in_words(summary, name))
         _draw_bars(axes, found, chance)
-        said = literal(outcome_in_words(summary, name))
-        axes.set_title(said, fontsize=9.5, loc="left", color=INK, x=TITLE_AT, pad=3)
         top += height
         axes.tick_params(labelbottom=top > sum(heights))
     axes.set_xlabel("Spearman's rank correlation", fontsize=SMALL)
@@ -162,7 +159,6 @@ def _draw_bars(axes, found: dict[str, float], chance: float) -> None:
     axes.axvline(0.0, color=INK, lw=0.8)
     colours = [BLUE if abs(r) > chance else GREY for r in found.values()]
     axes.barh(range(len(found)), list(found.values()), 0.7, color=colours)
-    said = [fit_label(label, LETTERS) for label in input_labels(found).values()]
-    axes.set_yticks(range(len(found)), said, fontsize=7.5)
+    axes.set_yticks(range(len(found)), bar_labels(found), fontsize=7.5)
     axes.set_ylim(len(found) - 0.45, -0.55)
     axes.set_xlim(-1.0, 1.0)

@@ -10,11 +10,11 @@ import xarray as xr
 
 from torquer.base.language import joined, message, told
 from torquer.campaign.summary import correlations, with_unit
+from torquer.report.common.figure import INK, place
 from torquer.scenario.keys import key_unit, key_words
 
-#: Of bars beside their labels: where the bars begin [inch], where a title does as a part of their
-#: width, letters of a label.
-LABELS_IN, TITLE_AT, LETTERS = 3.45, -0.95, 54
+#: Letters of a label beside bars, room of a letter [inch], where the bars end [inch].
+_LETTERS, _LETTER_IN, _BARS_END_IN = 54, 0.058, 6.9
 #: Ratio of values from which on a scale is logarithmic.
 _WIDE = 100.0
 #: An input: its place in the file, whether of its direction, and which component of it.
@@ -82,6 +82,29 @@ def fit_label(text: str, length: int, lines: int = 1) -> str:
     while len(rows := wrap(said, length)) > lines:
         said = f"…{said.lstrip('…')[1:]}"
     return literal("\n".join(rows))
+
+
+def bar_labels(keys: Iterable[str]) -> list[str]:
+    """Labels of inputs beside their bars."""
+    return [fit_label(label, _LETTERS) for label in input_labels(keys).values()]
+
+
+def bar_axes(figure, groups: Iterable[Iterable[str]]):
+    """Makes axes for the bars of inputs, wherever the longest label of all groups leaves room.
+
+    Of (top [inch], height [inch], title).
+    """
+    longest = max(len(label) for keys in groups for label in bar_labels(keys))
+    left = 0.35 + _LETTER_IN * longest
+    wide = _BARS_END_IN - left
+
+    def make(top: float, height: float, title: str):
+        axes = place(figure, left, top, wide, height)
+        axes.set_title(literal(title), fontsize=9.5, loc="left", color=INK, pad=3,
+                       x=(0.16 - left) / wide)  # fmt: skip
+        return axes
+
+    return make
 
 
 def correlated(result: xr.Dataset) -> dict[str, dict[str, float]]:
