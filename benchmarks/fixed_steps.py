@@ -163,7 +163,9 @@ def draw(found: dict, path: Path) -> None:
         axes.set_xticks(found["angles"], [f"{z:g}" for z in found["angles"]], minor=False)
         axes.set_xticks([], minor=True)
         quiet(axes)
-    figure.axes[0].legend(fontsize=8, loc="center right")
+    figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4,
+                  frameon=False, fontsize=9)  # fmt: skip
+    figure.axes[2].text(0.1, 8e-12, "drawn at 1e-12: that or less", fontsize=8)
     FigureCanvasAgg(figure).print_figure(path, dpi=0.7 * FINE_DPI)
 
 

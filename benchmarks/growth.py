@@ -7,14 +7,14 @@ runs have nothing in common. The readings have the same noise in all runs.
 
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 
 import torquer
 from torquer.maths.geometry.quaternion import angle_between
+from torquer.report.common.colours import CURVES
+from torquer.report.common.figure import quiet
 from torquer.scenario.load import load_scenario, scenario_from_text
 
 ROOT = Path(__file__).parents[1]
@@ -35,7 +35,7 @@ SCENARIOS = {
 STEPS = {
     "RK4, 0.5 s": {"step_s": 0.5},
     "RK4, 0.1 s": {"step_s": 0.1},
-    "DOP853, 1e-12": {"integrator": "dop853", "tolerance": 1e-12},
+    "splitting, 0.1 s": {"step_s": 0.1, "integrator": "splitting"},
     "adaptive, default": {},
 }
 #: What the others are compared with.
@@ -56,19 +56,23 @@ def apart_deg(a, b) -> np.ndarray:
 
 def draw(path: Path) -> None:
     """One panel a scenario, one line an integrator."""
-    figure, axes = plt.subplots(1, len(SCENARIOS), figsize=(10, 4), sharey=True)
+    figure = Figure(figsize=(10, 4), facecolor="white", layout="constrained")
+    axes = figure.subplots(1, len(SCENARIOS), sharey=True)
     for axis, (name, scenario) in zip(axes, SCENARIOS.items(), strict=True):
         fine = flown(scenario, FINE)
-        for label, steps in STEPS.items():
+        for (label, steps), colour in zip(STEPS.items(), CURVES, strict=False):
             angle = apart_deg(flown(scenario, steps), fine)
             print(f"{name}, {label}: at most {angle.max():.1e}, at the end {angle[-1]:.1e} deg")
-            axis.semilogy(fine.time / scenario.orbit.period_s, angle, label=label, linewidth=0.9)
-        axis.set(title=name, xlabel="revolutions", ylim=(1e-13, 1e3))
-        axis.grid(alpha=0.3)
+            turns = fine.time / scenario.orbit.period_s
+            axis.semilogy(turns, angle, color=colour, label=label, lw=0.9)
+        axis.set_title(name, loc="left", fontsize=10.5, fontweight="bold")
+        axis.set(xlabel="revolutions", ylim=(1e-13, 1e3))
+        axis.margins(x=0)
+        quiet(axis)
     axes[0].set_ylabel("distance from the finest run [deg]")
-    axes[1].legend(loc="lower right", fontsize="small")
-    figure.tight_layout()
-    figure.savefig(path, dpi=110)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4,
+                  frameon=False, fontsize=9)  # fmt: skip
+    FigureCanvasAgg(figure).print_figure(path, dpi=110)
 
 
 if __name__ == "__main__":

@@ -21,6 +21,8 @@ import torquer
 from torquer.campaign.fly import OneByOne
 from torquer.campaign.statistics import quantile, rate_interval
 from torquer.computer.laws import AnyLaw
+from torquer.report.common.colours import CURVES
+from torquer.report.common.figure import quiet
 from torquer.theory import (
     AttitudeHold,
     Cycle,
@@ -170,7 +172,7 @@ def main(starts: int) -> None:
     figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.6), layout="constrained")
     head = f"{'':25s}{'theory: 2 %':>15s}{'error':>10s}{'any start: captured':>23s}"
     print(f"{head}{'half by':>13s}{'error 50 % / 90 %':>19s}{'energy':>9s}")
-    for name, keys in json.loads(FOUND.read_text()).items():
+    for number, (name, keys) in enumerate(json.loads(FOUND.read_text()).items()):
         flown = torquer.fly_campaign(scenario.replace("control.law", keys), campaign)
         settling = np.where(flown.succeeded, flown.settling_s / period_s, np.inf)
         error_deg, law = flown.error_deg.values, SPECS.validate_python(keys).law()
@@ -179,14 +181,24 @@ def main(starts: int) -> None:
             flush=True,
         )
         part = np.arange(1, starts + 1) / starts
-        left.step(np.sort(settling), part, where="post", label=name)
-        right.step(np.sort(error_deg), part, where="post", label=name)
+        style = {
+            "color": CURVES[number % len(CURVES)],
+            "ls": "--" if number >= len(CURVES) else "-",
+        }
+        left.step(np.sort(settling), part, where="post", label=name, **style)
+        right.step(np.sort(error_deg), part, where="post", label=name, **style)
     left.set(xlabel=f"within {CAPTURED_DEG:g} deg for good after [revolutions]",
-             ylabel="part of the starts", xlim=(0, 11), ylim=(0, 1.02))  # fmt: skip
+             ylabel="share of the starts", xlim=(0, 11), ylim=(0, 1.02))  # fmt: skip
     right.set(xlabel="mean error, last four revolutions [deg]", xscale="log", xlim=(0.3, 180),
               ylim=(0, 1.02))  # fmt: skip
+    for axes in (left, right):
+        quiet(axes)
     figure.legend(
-        *left.get_legend_handles_labels(), loc="outside lower center", ncols=5, fontsize=8
+        *left.get_legend_handles_labels(),
+        loc="outside lower center",
+        ncols=5,
+        fontsize=9,
+        frameon=False,
     )
     figure.savefig("magnetic-laws.png", dpi=120)
 

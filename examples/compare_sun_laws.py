@@ -14,6 +14,7 @@ Sixteen starts share an orbit and a date, so that they can fly side by side.
 
 import json
 import os
+import re
 import sys
 import warnings
 from collections.abc import Mapping
@@ -31,6 +32,8 @@ from torquer.campaign.faults.verdict import VERDICTS
 from torquer.campaign.fly import OneByOne
 from torquer.campaign.sampling import member_scenario
 from torquer.campaign.statistics import quantile
+from torquer.report.common.colours import CURVES
+from torquer.report.common.figure import quiet
 
 HERE = Path(__file__).parent
 SCENARIO, FOUND = HERE / "sun_laws.toml", HERE / "sun_laws.json"
@@ -271,19 +274,24 @@ def main(starts: int, workers: int | None = None) -> None:
     figure, (left, right) = plt.subplots(1, 2, figsize=(11, 5), layout="constrained")
     gains = json.loads(FOUND.read_text(encoding="utf-8"))
     print(HEAD)
-    for number, (name, contender) in enumerate(contenders().items()):
+    colours = {}
+    for name, contender in contenders().items():
         flown = fly(*scenario_of(contender, gains[name]), starts, TESTED, workers)
         print(row(name, flown), flush=True)
         without_gyro = "gyro" not in contender.reads
-        style = {"color": f"C{number}", "linestyle": "--" if without_gyro else "-"}
+        # a law has one colour, with a gyro and without
+        colour = colours.setdefault(re.split(", | by ", name)[0], CURVES[len(colours)])
+        style = {"color": colour, "linestyle": "--" if without_gyro else "-"}
         draw(name, flown, left, right, style)
-    left.set(xlabel="within 30 deg of the Sun for good after [h]", ylabel="part of all starts",
+    left.set(xlabel="within 30 deg of the Sun for good after [h]", ylabel="share of all starts",
              xlim=(0, 22), xticks=range(0, 23, 2), ylim=(0, 1.01))  # fmt: skip
     right.set(xlabel="mean angle of the axis to the Sun, last 6 h [deg]", xlim=(0, 180),
               ylim=(0, 1.01))  # fmt: skip
+    for axes in (left, right):
+        quiet(axes)
     figure.legend(
         *right.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=9,
-        title="dashed: without a gyro",
+        title="dashed: without a gyro", frameon=False,
     )  # fmt: skip
     figure.savefig("sun-laws.png", dpi=120)
 

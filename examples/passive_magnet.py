@@ -13,9 +13,14 @@ import numpy as np
 
 import torquer
 from torquer.maths.geometry.attitudes import to_body
+from torquer.report.common.colours import BLUE, GREEN, GREY, RED
+from torquer.report.common.figure import quiet
 
 EXAMPLE = torquer.load_scenario(Path(__file__).with_name("passive_magnet.toml"))
-COUNTS = {0: "0.7", 1: "C0", 3: "C1", 6: "C2"}
+COUNTS = {0: GREY, 1: BLUE, 3: RED, 6: GREEN}
+NAMES = {0: "no rods", 1: "one rod on each axis", 3: "three rods", 6: "six rods"}
+#: Records of which the picture shows the median angle: those of six hours.
+WINDOW = 360
 
 
 def with_rods(count: int) -> torquer.Scenario:
@@ -39,21 +44,25 @@ def fly(count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def main() -> None:
     """The picture, and the numbers of the last day."""
-    figure, (above, below) = plt.subplots(2, 1, figsize=(8.0, 6.0), sharex=True)
+    figure, (above, below) = plt.subplots(2, 1, figsize=(8.0, 6.0), sharex=True,
+                                          layout="constrained")  # fmt: skip
     for count, colour in COUNTS.items():
         t, angle, rate = fly(count)
-        name = f"{count} rods on each axis"
-        above.plot(t[::8], angle[::8], color=colour, lw=0.6, label=name)
+        name = NAMES[count]
+        rows = np.arange(len(angle) // WINDOW * WINDOW).reshape(-1, WINDOW)
+        above.plot(t[rows].mean(axis=1), np.median(angle[rows], axis=1), color=colour, label=name)
         below.plot(t, rate, color=colour, lw=1.0, label=name)
         last = angle[t >= t[-1] - 1.0]
         print(
             f"{name}: last day {np.median(last):.1f} deg (median), {last.max():.1f} deg "
             f"(greatest), {rate[-1]:.2f} deg/s"
         )
-    above.set_ylabel("magnet to field [deg]")
+    above.set(ylabel="magnet to field,\nmedian of 6 h [deg]", ylim=(0.0, None))
     below.set(ylabel="rate [deg/s]", xlabel="time [days]", xlim=(0.0, 14.0), ylim=(0.0, None))
-    below.legend(loc="upper right", bbox_to_anchor=(1.0, 0.9))
-    figure.tight_layout()
+    for axes in (above, below):
+        quiet(axes)
+    figure.legend(*below.get_legend_handles_labels(), loc="outside upper left", ncols=4,
+                  frameon=False)  # fmt: skip
     figure.savefig("passive-magnet.png", dpi=100)
 
 

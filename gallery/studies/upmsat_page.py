@@ -153,7 +153,7 @@ def picture():
     axes[0].axvline(MEASURED_DEG, color="#777777", ls="--", label="in orbit, by the Sun")
     axes[0].set(xlim=(0.0, None), ylim=(-0.6, len(_SHOWN) - 0.4))
     axes[0].set_yticks(rows, _SHOWN.values())
-    label(axes[0], "mean angle from the normal [deg]", "")
+    label(axes[0], "mean angle from the normal [deg]", "law and field")
     return figure
 
 

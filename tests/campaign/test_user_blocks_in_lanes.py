@@ -10,6 +10,7 @@ from torquer.campaign.sampling import member_scenario
 from torquer.compile import engine
 from torquer.computer.blocks.user import load_law
 from torquer.scenario.load import scenario_from_text
+from torquer.simulation.lanes.laws import law_in_lanes
 from torquer.simulation.setup.run import prepare
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
@@ -98,3 +99,17 @@ def test_laws_that_are_no_text_alone_stay_apart(tmp_path):
         "    return len(seen) * 1.0, 0.0, 0.0\n"
     )
     assert load_law(plain, "law").function is not load_law(plain, "law").function
+
+
+def test_a_law_that_unpacks_its_memory_is_told_what_to_write(tmp_path):
+    text = """
+import torquer
+
+@torquer.law(memory={"b": (0.0, 0.0, 0.0)})
+def unpacks(inputs, parameters, memory):
+    x, y, z = memory.b
+    return x, y, z
+"""
+    (tmp_path / "unpacks.py").write_text(text)
+    with pytest.raises(ValueError, match=r"\(unpacks\.py, line 6\); read .*b\[0\]"):
+        law_in_lanes(load_law(tmp_path / "unpacks.py"))

@@ -198,7 +198,7 @@ def test_the_strength_stands_for_the_altitude_and_back(theory, strict_json):
         (
             "reorientation",
             ("--gain", "1e4", "--rate-deg-s", "5", "5", "5"),
-            "note: .*theta0 of 6[01] deg is neglected",
+            "note: .*nutation of 6[01] deg is neglected",
         ),
         (
             "bdot",

@@ -433,7 +433,7 @@ def test_the_page_of_two_campaigns(result, tmp_path):
     ]
     check_pictures(paths[1:])
     figures = figures_on(text)
-    settled = figures["Distribution functions of settling_s."]
+    settled = figures["Distribution functions: settling."]
     for campaign, each in zip((result, other), settled["data"], strict=True):
         x, share = numbers(each["x"]), numbers(each["y"])
         known = member_outcomes(campaign)["settling_s"]
@@ -506,4 +506,5 @@ def test_the_page_on_several_has_every_outcome(result, tmp_path):
     assert {each.stem for each in pictures} == {f"cdf_{name}" for name in member_outcomes(result)}
     assert "Holm" in text and "Friedman" in text
     for name in member_outcomes(result):
-        assert f"Distribution functions of {name}" in text
+        said = outcome_in_words(campaign_summary(result), name)
+        assert f"Distribution functions: {said}." in text

@@ -11,10 +11,28 @@ from string import Formatter
 from typing import NamedTuple
 
 #: Where a text that is not recognised is parted; brackets are told by what is in them.
-_BETWEEN = ("\n", "   ", "; ", ": ", ". ", " (", ")", ", ", " [", "]", " - ", " and ", "  ")
+_BETWEEN = (
+    "\n",
+    "   ",
+    "; ",
+    ": ",
+    ". ",
+    " (",
+    ")",
+    ", ",
+    " [",
+    "]",
+    " · ",
+    " + ",
+    " - ",
+    " and ",
+    "  ",
+)
 _NUMBER = r"[-+±~≥≤<> ]*(?:\d[\d.,]*(?:e[-+]?\d+)?|nan|inf)%?"
-#: Where a text without such marks is parted: numbers that stand alone.
-_NUMBERS = re.compile(r"((?<!\S)[-+±]?\d[\d.,]*(?:e[-+]?\d+)?%?(?!\S))")
+#: Where a text without such marks is parted: numbers and ranges of two that stand alone.
+_ALONE = r"[-+±]?\d[\d.,]*(?:e[-+]?\d+)?%?"
+_RANGE = rf"(?:from )?{_ALONE} to {_ALONE}"
+_NUMBERS = re.compile(rf"((?<!\S)(?:{_RANGE}|{_ALONE})(?!\S))")
 #: Cells of a row, each with the space before it; what makes a text such a row.
 _CELLS, _COLUMNS = re.compile(r"( *)(\S+(?: \S+)*)"), re.compile(r"\S {2,}\S.* {2,}\S")
 #: Three words in a row are a sentence, of which half is not to be told.

@@ -4,6 +4,7 @@ import contextlib
 import sys
 from collections.abc import Callable, Iterator
 
+from torquer.base.language import told
 from torquer.cli.output import progress_bar
 from torquer.compile.when_compiling import COMPILED
 
@@ -79,7 +80,7 @@ def print_once() -> None:
     """Print the note once in a process, where there is no terminal for a bar."""
     global _printed
     if not _printed:
-        print(f"note: {NOTE}", file=sys.stderr)
+        print(told(f"note: {NOTE}"), file=sys.stderr)
     _printed = True
 
 

@@ -134,7 +134,7 @@ def failure_rows(report: dict) -> tuple[str, tuple, list]:
 
 def _failure(report: dict, case: dict) -> dict[str, str]:
     row = {
-        "failed": lost_label(case["lost"]),
+        "failed wheels": lost_label(case["lost"]),
         "volume": f"{case['volume']:.0%}",
         "momentum": f"{case['worst_direction_n_m_s']:.4g}",
         "rate": f"{case['worst_rate_deg_s']:.4g}",

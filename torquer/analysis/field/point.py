@@ -28,6 +28,7 @@ from torquer.analysis.field.requests import (
     FieldPointRequest,
     element_unit,
 )
+from torquer.base.language import message
 from torquer.base.limits import RequestError
 from torquer.base.rows import Row, as_data, as_html
 from torquer.base.time import decimal_year
@@ -99,8 +100,13 @@ class FieldPoint:
 
 def _line(now: Row, change: Row | None) -> str:
     letter, name = now.label.split()
-    line = f"{letter}  {name:<12}{now.text:>12} {now.unit:<3}"
-    return (line + (f"{change.text:>12} {change.unit}" if change else "")).rstrip()
+    given = {"letter": letter, "name": name, "now": now.text, "unit": now.unit}
+    if change is None:
+        return message("{letter}  {name:<12}{now:>12} {unit}", **given)
+    return message(
+        "{letter}  {name:<12}{now:>12} {unit:<3}{change:>12} {unit_a_year}",
+        **given, change=change.text, unit_a_year=change.unit,
+    )  # fmt: skip
 
 
 def _entry(now: Row, change: Row | None) -> list[Row]:

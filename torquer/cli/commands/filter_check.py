@@ -4,6 +4,7 @@ import math
 from pathlib import Path
 from typing import Annotated
 
+from torquer.base.language import message
 from torquer.base.limits import at_least
 from torquer.base.strict_json import json_text
 from torquer.cli.compiling import show_progress
@@ -120,11 +121,7 @@ def in_words(found) -> list[str]:
     if replaced := replaced_in_words(found):
         lines.append(f"not flown, as each run draws its own: the scenario's {replaced}")
     for each in found.checks:
-        inside = "" if math.isnan(each.inside) else f", {each.inside:.0%} of instants inside"
-        lines.append(
-            f"{'ok  ' if each.passed else 'FAIL'} {each.name}: {each.value:.3f} "
-            f"(band {each.low:.3f} to {each.high:.3f}{inside})"
-        )
+        lines.append(_check_line(each))
     most, restarts = plain["rejected_most"], restarts_in_words(plain)
     lines.append(f"at most {most} readings rejected in a run; restarts: {restarts}")
     if math.isfinite(plain["error_deg"]):
@@ -134,6 +131,22 @@ def in_words(found) -> list[str]:
             f"total error below {plain['error_95_deg']:.3g} deg in 95 % of cases"
         )
     return [*lines, plain["verdict_text"], *(f"note: {note}" for note in plain["notes"])]
+
+
+def _check_line(check) -> str:
+    """A statistic and its band, with a mark whether it passed."""
+    mark = message("ok") if check.passed else message("FAIL")
+    numbers = {"value": check.value, "low": check.low, "high": check.high}
+    if math.isnan(check.inside):
+        return message(
+            "{mark:<4} {name}: {value:.3f} (band {low:.3f} to {high:.3f})",
+            mark=mark, name=check.name, **numbers,
+        )  # fmt: skip
+    return message(
+        "{mark:<4} {name}: {value:.3f} (band {low:.3f} to {high:.3f}, "
+        "{inside:.0%} of instants inside)",
+        mark=mark, name=check.name, inside=check.inside, **numbers,
+    )  # fmt: skip
 
 
 def _show(scenario, sets: list) -> None:

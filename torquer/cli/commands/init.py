@@ -7,15 +7,17 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from torquer.base.language import message, told
 from torquer.base.limits import RequestError
 from torquer.base.strict_json import json_text
 from torquer.cli.compiling import compiling_shown
 from torquer.cli.options import FLAT, Json
-from torquer.cli.output import writing_to
+from torquer.cli.output import say, writing_to
 from torquer.design.requests import SheetRequest
 from torquer.simulation.results.file import put
 
 _START = Path(__file__).parents[2] / "scenario" / "start.toml"
+_DESCRIPTION = re.compile(r'^(description = )"(.*)"', re.M)
 #: Files that an example names, which come with it.
 _NAMED = re.compile(r'^\s*(?:file|.*\bfile)\s*=\s*"([^"]+)"', re.M)
 
@@ -59,11 +61,13 @@ def init(
     path = _file_for(name)
     text, others = _START.read_text(encoding="utf-8"), {}
     if how != SheetRequest():
-        text = _by_size(how, example)
+        text = _described(_by_size(how, example))
     elif example is not None:
         source = _example(example)
         text = source.read_text(encoding="utf-8")
         others = {path.parent / file: source.parent / file for file in _NAMED.findall(text)}
+    else:
+        text = _described(text)
     for each in (path, *others):
         if each.exists():
             raise ValueError(f"NAME: must not name an existing file; received {each}")
@@ -74,10 +78,15 @@ def init(
     if json:
         print(json_text({"written": [str(each) for each in (path, *others)]}))
         return 0
-    print(f"{', '.join(str(each) for each in (path, *others))}: written")
+    say(message("{files}: written", files=", ".join(str(each) for each in (path, *others))))
     print(f"torquer validate {path}")
     print(f"torquer run {path}")
     return 0
+
+
+def _described(text: str) -> str:
+    """A scenario with its description, which stands above each report, in the reader's language."""
+    return _DESCRIPTION.sub(lambda found: f'{found[1]}"{told(found[2])}"', text)
 
 
 def _file_for(name: str) -> Path:
@@ -122,6 +131,6 @@ def _list(as_json: bool) -> int:
 def _about(path: Path) -> str:
     """The description of an example, or the first sentence of its comment."""
     text = path.read_text(encoding="utf-8")
-    found = re.search(r'^description = "(.*)"', text, re.M)
+    found = _DESCRIPTION.search(text)
     comment = re.match(r"(?:#.*\n)*", text)[0].replace("\n#", "")  # type: ignore[index]
-    return found[1] if found else re.split(r"\.(?:\s|$)", comment)[0].removeprefix("# ").rstrip()
+    return found[2] if found else re.split(r"\.(?:\s|$)", comment)[0].removeprefix("# ").rstrip()

@@ -92,6 +92,9 @@ def in_words(reason: str, whole: str, plainly: str) -> tuple[str, str]:
         return f"a value that is of several types: {a}, {b}", way_out
     if found := re.match(r"No definition for lowering (\w+)\(.*\)\.(\w+) = ", reason):
         return f"{found[1]}.{found[2]}, which cannot be set", ""
+    if reason.startswith("failed to unpack"):
+        what = "an unpacked vector or matrix of the memory, which cannot be compiled"
+        return what, "; read each number, such as memory.b[0]"
     if reason.startswith("Use of unsupported opcode"):
         return "a statement that cannot be compiled", alone
     if reason.startswith("No implementation of function"):

@@ -138,7 +138,7 @@ def split_tuple(s: Scope, node: ast.AST, value: Value) -> list[Value]:
     if isinstance(value.type, Static) and isinstance(value.type.value, tuple):
         return [evaluate_outside(s, node, each) for each in value.type.value]  # type: ignore[arg-type]
     if not isinstance(value.type, Tuple):
-        raise s.refuse(node, "unpack a tuple")
+        raise s.refuse(node, "unpack tuples only; of memory read each number, such as memory.b[0]")
     held = at_hand(s, value)
     s.noted.reads.parts |= {(value.type.of, name) for name in value.type.fields or ()}
     return [select_part(held, place) for place in range(len(value.type.parts))]

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from torquer.campaign.summary import percent
 from torquer.report.campaign.interactive import cdf_figure, difference_figure
 from torquer.report.campaign.several import draw_cdf
-from torquer.report.campaign.shared import axis_label
+from torquer.report.campaign.shared import axis_label, in_words
 from torquer.report.campaign.tables import (
     about_comparison,
     campaign_labels,
@@ -99,6 +99,7 @@ def write_compared(a: xr.Dataset, b: xr.Dataset, found: dict, path: Path) -> Pat
 def _distribution(a: xr.Dataset, b: xr.Dataset, found: dict, name: str) -> dict:
     each = found["summaries"][0]["outcomes"][name]
     figure = cdf_figure((a, b), campaign_labels(found), name, each["unit"])
-    words = f"Distribution functions of {name}."
+    said = in_words(name, each["unit"])
+    words = f"Distribution functions: {said}."
     shown = {"figure": figure, "words": words} if figure else {"line": "No member has a value."}
-    return card(f"cdf_{name}", name, each["definition"], shown)
+    return card(f"cdf_{name}", said, each["definition"], shown)

@@ -99,10 +99,13 @@ def mean_title(summary: dict, name: str) -> str:
     if name == SUCCESS:
         return "success rate"
     each = summary["outcomes"][name]
-    title = f"mean of {in_words(name, each['unit'])}"
-    if each["missing"]:
-        restricted = each["restricted_mean"] is not None
-        title = f"restricted {title}" if restricted else f"{title}, of those with a value"
+    said = in_words(name, each["unit"])
+    if not each["missing"]:
+        title = f"mean of {said}"
+    elif each["restricted_mean"] is not None:
+        title = f"restricted mean of {said}"
+    else:
+        title = f"mean of {said} where it has a value"
     return with_unit(title, each["unit"])
 
 

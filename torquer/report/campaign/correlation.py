@@ -11,12 +11,13 @@ from torquer.campaign.contents import failed_in, member_inputs, member_outcomes,
 from torquer.campaign.statistics import as_columns
 from torquer.report.campaign.shared import (
     axis_label,
+    bar_axes,
+    bar_labels,
     correlated,
+    fit_label,
     input_labels,
     is_wide,
-    literal,
     outcome_in_words,
-    shorten,
 )
 from torquer.report.common.colours import BLUE, GREY, ORANGE
 from torquer.report.common.figure import INK, SMALL, foot, place, quiet, sheet
@@ -26,6 +27,8 @@ _MOST_INPUTS, _MOST_OUTCOMES, _MOST_POINTS = 4, 6, 2000
 #: Most bars of an outcome.
 _MOST_BARS = 10
 _CELL, _TALL, _GAP, _HEAD = 2.15, 1.5, 0.22, 0.75
+#: Letters of a line, and lines, of labels below a cell and beside it.
+_IN_LINES, _BESIDE = (34, 2), (22, 2)
 
 
 def draw_scatter(result: xr.Dataset, summary: dict) -> Figure | None:
@@ -49,10 +52,10 @@ def draw_scatter(result: xr.Dataset, summary: dict) -> Figure | None:
             axes.set_title(above, fontsize=SMALL - 1, loc="right", color=INK, pad=4)
             axes.tick_params(labelbottom=i == len(names) - 1, labelleft=j == 0, labelsize=7)
             if i == len(names) - 1:
-                axes.set_xlabel(labels[key], fontsize=SMALL - 1)
+                axes.set_xlabel(fit_label(labels[key], *_IN_LINES), fontsize=SMALL - 1)
             if j == 0:
-                label = shorten(axis_label(name, summary["outcomes"][name]["unit"]), 32)
-                axes.set_ylabel(label, fontsize=SMALL - 1)
+                label = axis_label(name, summary["outcomes"][name]["unit"])
+                axes.set_ylabel(fit_label(label, *_BESIDE), fontsize=SMALL - 1)
     _legend(figure, kinds)
     foot(figure, _about(kinds))
     return figure
@@ -61,12 +64,11 @@ def draw_scatter(result: xr.Dataset, summary: dict) -> Figure | None:
 def columns_and_labels(result: xr.Dataset, keys: list[str]) -> tuple[dict, dict[str, str]]:
     """Numbers [n] and labels of inputs; times count in days."""
     columns = as_columns(member_inputs(result))
-    said = input_labels(keys)
-    labels = {key: literal(shorten(label, 34)) for key, label in said.items()}
+    labels = input_labels(keys)
     for key in keys:
         if key in result and result[key].dtype.kind == "M":
             columns[key] = (columns[key] - columns[key].min()) / 86400.0
-            labels[key] = literal(f"{said[key]} [d after the earliest]")
+            labels[key] = f"{labels[key]} [d after the earliest]"
     return columns, labels
 
 
@@ -138,11 +140,10 @@ def draw_correlations(result: xr.Dataset, summary: dict) -> Figure | None:
     heights = [0.45 + 0.19 * len(found) for found in bars.values()]
     figure = sheet(7.2, 0.5 + sum(heights) + 0.65, f"Rank correlations · {summary['name']}")
     top, chance = 0.5, summary["chance_correlation"]
+    make_axes = bar_axes(figure, bars.values())
     for (name, found), height in zip(bars.items(), heights, strict=True):
-        axes = place(figure, 2.9, top + 0.3, 4.0, height - 0.35)
+        axes = make_axes(top + 0.3, height - 0.35, outcome_in_words(summary, name))
         _draw_bars(axes, found, chance)
-        said = literal(outcome_in_words(summary, name))
-        axes.set_title(said, fontsize=9.5, loc="left", color=INK, x=-0.68, pad=3)
         top += height
         axes.tick_params(labelbottom=top > sum(heights))
     axes.set_xlabel("Spearman's rank correlation", fontsize=SMALL)
@@ -158,7 +159,6 @@ def _draw_bars(axes, found: dict[str, float], chance: float) -> None:
     axes.axvline(0.0, color=INK, lw=0.8)
     colours = [BLUE if abs(r) > chance else GREY for r in found.values()]
     axes.barh(range(len(found)), list(found.values()), 0.7, color=colours)
-    said = [literal(shorten(label)) for label in input_labels(found).values()]
-    axes.set_yticks(range(len(found)), said, fontsize=7.5)
+    axes.set_yticks(range(len(found)), bar_labels(found), fontsize=7.5)
     axes.set_ylim(len(found) - 0.45, -0.55)
     axes.set_xlim(-1.0, 1.0)

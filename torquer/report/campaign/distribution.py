@@ -11,6 +11,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from torquer.base.language import told
 from torquer.campaign.contents import campaign_table, end_s, is_time, missing_as_worst
 from torquer.campaign.statistics import rate_interval
 from torquer.campaign.summary import percent
@@ -22,7 +23,7 @@ _WIDTH, _HEIGHT, _LEFT, _WIDE = 7.2, 4.7, 0.75, 6.2
 #: An end of the run that is farther beyond the last member, over their range, is not drawn.
 _FARTHEST = 2.0
 #: Room for the name of a quantile [inch].
-_NAME_IN = 0.37
+_NAME_IN = 0.45
 _LABELS = {"0.01": "1 %", "0.05": "5 %", "0.5": "50 %", "0.95": "95 %", "0.99": "99 %"}
 
 
@@ -39,7 +40,7 @@ def draw_distribution(result: xr.Dataset, summary: dict, name: str) -> Figure:
     upper.set_ylabel("members", fontsize=SMALL)
     _frame(upper, result, summary, name)
     upper.tick_params(labelbottom=False)
-    name_quantiles(upper, summary["outcomes"][name])
+    name_marks(upper, result, summary, name)
     foot(figure, draw_shares(lower, result, summary, name))
     return figure
 
@@ -51,30 +52,30 @@ def draw_shares(axes, result: xr.Dataset, summary: dict, name: str) -> str:
     axes.set_ylabel("share of members", fontsize=SMALL)
     axes.set_ylim(0.0, 1.02)
     axes.set_xlabel(axis_label(name, each["unit"]), fontsize=SMALL)
-    condition = _frame(axes, result, summary, name)
+    levels = _frame(axes, result, summary, name)
     beyond = [*x, axes.get_xlim()[1]], [*share, share[-1]]
     is_censored = is_time(result, name)
     if is_censored and each["members"] > 1:
         low, high = share_band(beyond[1], len(values), summary["confidence"])
         axes.fill_between(beyond[0], low, high, step="post", color=BLUE, alpha=0.22, lw=0)
     axes.plot(*beyond, color=BLUE, lw=1.4, drawstyle="steps-post")
-    words = _words(each, condition, axes.get_xlim())
+    words = _words(each, levels, axes.get_xlim())
     if is_censored:
         words = f"{words}; band: {percent(summary['confidence'])} confidence interval"
     return words
 
 
-def _frame(axes, result: xr.Dataset, summary: dict, name: str) -> dict | None:
-    """Scale, range and marks of an axis over the values of an outcome; its condition."""
+def _frame(axes, result: xr.Dataset, summary: dict, name: str) -> list[float]:
+    """Scale, range and marks of an axis over the values of an outcome; its condition's levels."""
     each, values = summary["outcomes"][name], missing_as_worst(result, name)
     known = values[np.isfinite(values)]
-    condition = (campaign_table(result).get("success") or {}).get(name)
+    levels = _levels(result, name)
     edges, end = bins(known), end_s(result) if is_time(result, name) else None
     quiet(axes)
     axes.set_xscale("log" if is_wide(known) else "linear")
     axes.set_xlim(edges[0], _right_end(axes, edges, end if each["missing"] else None))
-    _mark(axes, each, condition)
-    return condition
+    _mark(axes, each, levels)
+    return levels
 
 
 def share_band(share, members: int, confidence: float) -> tuple[np.ndarray, np.ndarray]:
@@ -85,6 +86,12 @@ def share_band(share, members: int, confidence: float) -> tuple[np.ndarray, np.n
     """
     found = [rate_interval(round(part * members), members, confidence) for part in share]
     return tuple(np.array(found).T)
+
+
+def _levels(result: xr.Dataset, name: str) -> list[float]:
+    """What an outcome must be below or above to be a success."""
+    condition = (campaign_table(result).get("success") or {}).get(name) or {}
+    return [level for level in condition.values() if level is not None]
 
 
 def _right_end(axes, edges, end: float | None) -> float:
@@ -109,7 +116,7 @@ def bins(known: np.ndarray) -> np.ndarray:
     )
 
 
-def _mark(axes, each: dict, condition: dict | None) -> None:
+def _mark(axes, each: dict, levels: list[float]) -> None:
     """Quantiles, the mean, and what the outcome must be below or above."""
     for found in each["quantiles"].values():
         if found["value"] is not None:
@@ -117,35 +124,48 @@ def _mark(axes, each: dict, condition: dict | None) -> None:
     if not each["missing"]:
         axes.axvline(each["mean"], color=INK, lw=1.0, ls=(0, (4, 3)))
     low, high = axes.get_xlim()
-    for level in (condition or {}).values():
-        if level is not None and low < level < high:
+    for level in levels:
+        if low < level < high:
             axes.axvline(level, color=GREEN, lw=1.6)
 
 
-def name_quantiles(axes, each: dict) -> None:
+def name_marks(axes, result: xr.Dataset, summary: dict, name: str) -> None:
     """Names above the lines; one for several lines whose names would overlap."""
+    each = summary["outcomes"][name]
     known = {_LABELS[k]: q["value"] for k, q in each["quantiles"].items() if q["value"] is not None}
+    if not each["missing"]:
+        known[told("mean")] = each["mean"]
+    levels = _levels(result, name)
+    known |= {told("limit") if len(levels) == 1 else f"{level:.4g}": level for level in levels}
     room = _NAME_IN * axes.figure.dpi / axes.get_window_extent().width
-    for label, at in apart({label: _along(axes, value) for label, value in known.items()}, room):
-        side = "left" if at < room else "right" if at > 1.0 - room else "center"
-        axes.text(at, 1.02, label, transform=axes.transAxes, ha=side, fontsize=SMALL - 1,
+    places = {label: _along(axes, value) for label, value in known.items()}
+    shown = {label: at for label, at in places.items() if 0.0 <= at <= 1.0}
+    for label, at in apart(dict(sorted(shown.items(), key=lambda one: one[1])), room):
+        axes.text(at, 1.02, label, transform=axes.transAxes, ha="center", fontsize=SMALL - 1,
                   color=INK)  # fmt: skip
 
 
 def apart(ascending: dict[str, float], room: float) -> list[tuple[str, float]]:
-    """Names and places, 0..1, of lines along an axis; neighbours closer than the room of a name are
-    joined."""
+    """Names and their middles, 0..1, of lines along an axis, within it; neighbours closer than the
+    room of a name are joined."""
     groups: list[tuple[list[str], list[float]]] = []
     for label, at in ascending.items():
         labels, places = [label], [at]
         while groups:
             before, beside = groups[-1]
-            if np.mean(places) - np.mean(beside) >= 0.5 * room * (len(before) + len(labels)):
+            free = _middle(places, room) - _middle(beside, room)
+            if free >= 0.5 * room * (len(before) + len(labels)):
                 break
             groups.pop()
             labels, places = before + labels, beside + places
         groups.append((labels, places))
-    return [(", ".join(labels), float(np.mean(places))) for labels, places in groups]
+    return [(", ".join(labels), _middle(places, room)) for labels, places in groups]
+
+
+def _middle(places: list[float], room: float) -> float:
+    """Where the names of lines stand, as near to these as the ends of the axis allow."""
+    half = min(0.5 * room * len(places), 0.5)
+    return float(np.clip(np.mean(places), half, 1.0 - half))
 
 
 def _along(axes, x: float) -> float:
@@ -153,9 +173,8 @@ def _along(axes, x: float) -> float:
     return float(axes.transAxes.inverted().transform(axes.transData.transform((x, 0.0)))[0])
 
 
-def _words(each: dict, condition: dict | None, shown: tuple[float, float]) -> str:
+def _words(each: dict, levels: list[float], shown: tuple[float, float]) -> str:
     words = ["orange: percentiles"] + ([] if each["missing"] else ["dashed: mean"])
-    levels = [level for level in (condition or {}).values() if level is not None]
     if any(shown[0] < level < shown[1] for level in levels):
         words.append("green: condition of success")
     words += [

@@ -9,7 +9,7 @@ from torquer.analysis.citations import select_sources
 from torquer.campaign.contents import campaign_table, independent
 from torquer.campaign.summary import campaign_summary, rate_text, summary_rows
 from torquer.report.campaign.bands import draw_bands_on, has_bands, series_by_signal, signal_title
-from torquer.report.campaign.distribution import draw_shares, name_quantiles
+from torquer.report.campaign.distribution import draw_shares, name_marks
 from torquer.report.campaign.shared import in_words
 from torquer.report.campaign.tables import campaign_rows
 from torquer.report.common.figure import INK, SMALL, place
@@ -94,6 +94,6 @@ def _draw_bands(part: SubFigure, result: xr.Dataset, summary: dict, names: list[
 def _draw_shares(part: SubFigure, result: xr.Dataset, summary: dict, name: str) -> None:
     axes = _axes(part, f"Distribution of {in_words(name, summary['outcomes'][name]['unit'])}")
     words = draw_shares(axes, result, summary, name)
-    name_quantiles(axes, summary["outcomes"][name])
+    name_marks(axes, result, summary, name)
     tall = part.bbox.height / part.figure.dpi
     part.text(0.0, 0.07 / tall, words, fontsize=SMALL - 0.5, color=INK, va="bottom")

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from torquer.campaign.contents import independent
 from torquer.campaign.summary import campaign_summary
 from torquer.report.campaign.bands import draw_bands_on, has_bands, series_by_signal, signal_title
-from torquer.report.campaign.distribution import draw_shares
+from torquer.report.campaign.distribution import draw_shares, name_marks
 from torquer.report.campaign.shared import in_words
 from torquer.report.common.paper import column
 
@@ -36,4 +36,6 @@ def _bands(axes, result: xr.Dataset, summary: dict, names: list[str]) -> str:
 
 def _shares(axes, result: xr.Dataset, summary: dict, name: str) -> str:
     named = in_words(name, summary["outcomes"][name]["unit"])
-    return f"Distribution of {named}; {draw_shares(axes, result, summary, name)}"
+    marks = draw_shares(axes, result, summary, name)
+    name_marks(axes, result, summary, name)
+    return f"Distribution of {named}; {marks}"

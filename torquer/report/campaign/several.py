@@ -12,7 +12,7 @@ from torquer.campaign.checks import check_rows
 from torquer.campaign.contents import missing_as_worst
 from torquer.campaign.summary import percent, value_text, with_interval, with_unit
 from torquer.report.campaign.interactive import cdf_figure
-from torquer.report.campaign.shared import axis_label, is_wide, literal, steps
+from torquer.report.campaign.shared import axis_label, in_words, is_wide, literal, steps
 from torquer.report.campaign.tables import Grid, rate_text
 from torquer.report.common.colours import RUNS
 from torquer.report.common.figure import SMALL, legend, place, quiet, save_figures, sheet
@@ -88,9 +88,10 @@ def write_several(results: Sequence[xr.Dataset], found: dict, folder: Path) -> l
 def _distribution(results, found: dict, name: str, labels: list[str]) -> dict:
     each = found["summaries"][0]["outcomes"][name]
     figure = cdf_figure(results, labels, name, each["unit"])
-    words = f"Distribution functions of {name}."
+    said = in_words(name, each["unit"])
+    words = f"Distribution functions: {said}."
     shown = {"figure": figure, "words": words} if figure else {"line": "No member has a value."}
-    return card(f"cdf_{name}", name, each["definition"], shown)
+    return card(f"cdf_{name}", said, each["definition"], shown)
 
 
 def _draw_cdf(results, found: dict, name: str) -> Figure | None:
@@ -107,7 +108,7 @@ def draw_cdf(
     known = np.concatenate([each[np.isfinite(each)] for each in values])
     if not len(known):
         return None
-    figure = sheet(7.2, 3.6, name)
+    figure = sheet(7.2, 3.6, in_words(name, unit))
     axes = place(figure, 0.75, 0.75, 6.2, 2.2)
     quiet(axes)
     handles = []

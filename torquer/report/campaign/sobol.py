@@ -3,9 +3,13 @@
 from matplotlib.figure import Figure
 
 from torquer.campaign.summary import percent
-from torquer.report.campaign.shared import input_labels, literal, outcome_in_words, shorten
+from torquer.report.campaign.shared import (
+    bar_axes,
+    bar_labels,
+    outcome_in_words,
+)
 from torquer.report.common.colours import BLUE, SKY
-from torquer.report.common.figure import INK, SMALL, foot, legend, place, quiet, sheet
+from torquer.report.common.figure import INK, SMALL, foot, legend, quiet, sheet
 
 #: Most bars of an outcome.
 _MOST_BARS = 10
@@ -22,14 +26,12 @@ def draw_sobol(summary: dict) -> Figure | None:
     ends = [x for groups in shown.values() for each in groups.values() for x in _numbers(each)]
     low, high = min(-0.05, *ends) - 0.02, max(1.05, *ends) + 0.02
     figure = sheet(7.2, 0.65 + sum(heights) + 0.65, f"Sobol indices · {summary['name']}")
-    top = 0.65
+    top, make_axes = 0.65, bar_axes(figure, shown.values())
     for (name, groups), height in zip(shown.items(), heights, strict=True):
-        axes = place(figure, 2.9, top + 0.3, 4.0, height - 0.4)
+        axes = make_axes(top + 0.3, height - 0.4, outcome_in_words(summary, name))
         handles = _draw_bars(axes, groups)
         axes.set_xlim(low, high)
         axes.tick_params(labelbottom=name == [*shown][-1])
-        said = literal(outcome_in_words(summary, name))
-        axes.set_title(said, fontsize=9.5, loc="left", color=INK, x=-0.68, pad=3)
         if top == 0.65:
             legend(axes, handles)
         top += height
@@ -65,7 +67,6 @@ def _draw_bars(axes, groups: dict[str, dict]) -> list:
             if None not in each[f"{kind}_interval"]:
                 axes.plot(each[f"{kind}_interval"], [at, at], color=INK, lw=1.0)
     axes.axvline(0.0, color=INK, lw=0.8)
-    said = [literal(shorten(label)) for label in input_labels(groups).values()]
-    axes.set_yticks(range(len(groups)), said, fontsize=7.5)
+    axes.set_yticks(range(len(groups)), bar_labels(groups), fontsize=7.5)
     axes.set_ylim(len(groups) - 0.45, -0.55)
     return handles

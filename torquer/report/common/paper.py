@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.text import Text
 
-from torquer.report.common.figure import Sheet, save_figure, save_vector
+from torquer.report.common.figure import Sheet, save_figure, save_vector, tell_figure
 from torquer.simulation.results.file import own_folder, put
 
 MM = 1.0 / 25.4
@@ -57,7 +57,11 @@ def as_column(figure: Figure, height: float | None = None) -> Figure:
 
 
 def _finished(figure: Figure) -> Figure:
-    """Text of one size, legends above the axes, and the layout fixed, once for all three files."""
+    """Text of one size, legends above the axes, and the layout fixed, once for all three files.
+
+    The texts are told before: others need other room.
+    """
+    tell_figure(figure)
     for axes in figure.axes:
         axes.xaxis.labelpad = axes.yaxis.labelpad = 2.0
     for text in figure.findobj(Text):

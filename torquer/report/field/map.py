@@ -132,8 +132,26 @@ def _declination(axes, grid: xr.Dataset, values):
 def _draw_lines(axes, grid: xr.Dataset, values, levels) -> None:
     look = {"colors": INK, "linewidths": 0.55, "alpha": 0.75, "negative_linestyles": "solid"}
     lines = axes.contour(*_on(grid, values), levels, zorder=0.6, **look)
-    for text in axes.clabel(lines, fmt="%g", fontsize=7, colors=INK):
-        _halo(text)
+    for text in axes.clabel(lines, fmt="%g", fontsize=7, colors=INK, inline=False):
+        if _is_at_a_name(*text.get_position()):
+            text.remove()
+        else:
+            _halo(text)
+
+
+def _is_at_a_name(lon: float, lat: float) -> bool:
+    """Whether the name of a place stands there, or nearly."""
+    for name, north, east in PLACES:
+        length = (6.0 + 2.6 * len(name)) * (1.0 if _reads_right(east) else -1.0)
+        first, last = sorted((east - 0.15 * length, east + length))
+        if first < lon < last and north - 4.0 < lat < north + 7.0:
+            return True
+    return False
+
+
+def _reads_right(lon: float) -> bool:
+    """Whether the name of a place stands to the right of it: there is room."""
+    return lon < 130.0
 
 
 def _halo(text, width: float = 1.8) -> None:
@@ -143,7 +161,7 @@ def _halo(text, width: float = 1.8) -> None:
 def _landmarks(axes) -> None:
     for name, lat, lon in PLACES:
         axes.plot(lon, lat, "o", ms=2.6, color=INK, mec="white", mew=0.5, zorder=2)
-        right = lon < 130.0
+        right = _reads_right(lon)
         keys = {"ha": "left" if right else "right", "fontsize": 6.5, "color": INK, "zorder": 2}
         shift = (3.0 if right else -3.0, 2.0)
         _halo(axes.annotate(name, (lon, lat), shift, textcoords="offset points", **keys))

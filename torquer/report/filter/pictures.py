@@ -23,7 +23,13 @@ from torquer.computer.estimation.sensor_keys import SENSOR_WORDS
 from torquer.maths.geometry.quaternion import angle_between
 from torquer.report.common import colours
 from torquer.report.common.colours import BLUE, GREEN, GREY, RED, curve_colour
-from torquer.report.common.figure import legend_at_left, save_figure, save_figures, stack_panels
+from torquer.report.common.figure import (
+    INK,
+    legend_at_left,
+    save_figure,
+    save_figures,
+    stack_panels,
+)
 from torquer.report.common.scales import Clock, clock_for
 from torquer.simulation.results.dataset import flown_scenario
 
@@ -40,6 +46,7 @@ UNITS = {
 #: Colours of the sensors.
 COLOURS = {name: getattr(colours, each.colour) for name, each in BY_NAME.items()}
 _SHADE = "#e8ebf0"
+_THRESHOLD = "below 1: some combination of states stays as unknown as it was"
 Drawn = TypeVar("Drawn")
 
 
@@ -186,10 +193,14 @@ def _draw_whiteness(found: FilterCheck) -> Figure:
 
 def _finish(panels, clock: Clock) -> None:
     """Legend above, time below, and the meaning of the grey."""
-    panels[0].fill_between([], [], color=_SHADE, label="Sun not in view")
+    _name_grey(panels[0])
     legend_at_left(panels[0], 4)
     panels[-1].set_xlabel(f"time [{clock.unit}]", fontsize=10)
     panels[-1].margins(x=0)
+
+
+def _name_grey(axes) -> None:
+    axes.fill_between([], [], color=_SHADE, label="Sun not in view")
 
 
 # ------------------------------------------------------------ expected and smoothed
@@ -208,10 +219,12 @@ def draw_expected(sets: list[SensorSet], title: str, path: Path) -> Path:
         axes.margins(x=0)
         shade(axes, sets[0].t_s, sets[0].sun_seen, clock)
     error.set_ylabel("error, 95th percentile [deg]", fontsize=10)
-    weakest.axhline(1.0, color="#222222", lw=0.9, ls=":")
+    weakest.axhline(1.0, color=INK, lw=0.9, ls=":", label=_THRESHOLD)
     weakest.set_ylabel("weakest singular value", fontsize=10)
-    weakest.set_xlabel(f"time [{clock.unit}]; grey: Sun not in view", fontsize=10)
+    _name_grey(error)
     legend_at_left(error, 2)
+    legend_at_left(weakest, 1)
+    weakest.set_xlabel(f"time [{clock.unit}]", fontsize=10)
     return save_figure(figure, path)
 
 
@@ -237,6 +250,7 @@ def draw_smoothed(result: xr.Dataset, smoothed: xr.Dataset, path: Path) -> Path:
         shade(axes, t_s, seen, clock)
     error.set_ylabel("attitude error [deg]", fontsize=10)
     stated.set_ylabel("stated, about each axis [deg]", fontsize=10)
-    stated.set_xlabel(f"time [{clock.unit}]; grey: Sun not in view", fontsize=10)
-    legend_at_left(error, 2)
+    stated.set_xlabel(f"time [{clock.unit}]", fontsize=10)
+    _name_grey(error)
+    legend_at_left(error, 3)
     return save_figure(figure, path)

@@ -173,7 +173,7 @@ def draw_failures(design, report: dict, path: Path) -> Path:
     axes.set_ylim(len(cases) - 0.4, -0.6)
     axes.set_xlim(0.0, 1.12 * max(*rates, design.demand.rate_deg_s or 0.0, 1e-12))
     axes.set_xlabel("rate [deg/s]", fontsize=SMALL)
-    axes.set_ylabel("failed", fontsize=SMALL)
+    axes.set_ylabel("failed wheels", fontsize=SMALL)
     if design.demand.rate_deg_s:
         axes.axvline(design.demand.rate_deg_s, color=INK, lw=1.0, ls=(0, (4, 3)))
         figure.text(0.99, 1.0 - 0.2 / height, "dashed: required", fontsize=SMALL, ha="right",

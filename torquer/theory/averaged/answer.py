@@ -125,7 +125,7 @@ class LawGains:
         case, found = self.case, self.found
         return (
             f"{case.law}, {case.name}: revolutions of {case.period_s / 60:.1f} min until the "
-            f"{found['quantity']} is {100 * found['part']:g} % (theta0 {found['theta_deg']:.0f} "
+            f"{found['quantity']} is {100 * found['part']:g} % (nutation {found['theta_deg']:.0f} "
             f"deg, {_direction(case, found['rho_deg'])})"
         )
 
@@ -215,7 +215,19 @@ def verdict_lines(verdict: dict) -> list[str]:
     return [verdict["line"], *(doubts or ["valid"])]
 
 
-def _head(case: AveragedCase, found: dict) -> tuple[str, str]:
+#: What the head and the equations call by letters.
+_LETTERS = (
+    "A, C: moments of inertia across the axis and about it; L0, theta0: angular momentum at the "
+    "start, and its angle to the axis"
+)
+_RHO = "rho0: its angle to the axis of the cone that the field draws along the orbit"
+_EPS = (
+    "eps: change of the momentum per radian of the orbit, as a part of it; the averages hold "
+    "where it is small"
+)
+
+
+def _head(case: AveragedCase, found: dict) -> tuple[str, ...]:
     orbit, body = found["orbit"], found["satellite"]
     return (
         f"{case.law}, gain {case.gain:g} {text.UNITS[case.law]}: {case.name}, period "
@@ -223,6 +235,8 @@ def _head(case: AveragedCase, found: dict) -> tuple[str, str]:
         f"A {body['transverse_kg_m2']:.4g}, C {body['axial_kg_m2']:.4g} kg m^2, L0 "
         f"{body['momentum_n_m_s']:.4g} N m s, theta0 {body['theta_deg']:.1f} deg, "
         f"{_direction(case, body['rho_deg'])}",
+        _LETTERS if case.rho is None else f"{_LETTERS}; {_RHO}",
+        _EPS,
     )
 
 

@@ -145,7 +145,7 @@ def spun_about_the_axis(case: AveragedCase) -> AveragedCase:
     if case.law != "reorientation" or case.theta < math.radians(1.0):
         return case
     note = (
-        f"reorientation assumes spin about the axis: theta0 of {math.degrees(case.theta):.0f} "
+        f"reorientation assumes spin about the axis: a nutation of {math.degrees(case.theta):.0f} "
         "deg is neglected; damp it first"
     )
     assumed = (*case.assumed, (SPINS, math.degrees(case.theta)))

@@ -110,6 +110,23 @@ def test_neither_a_magnetorquer_nor_a_model_is_a_magnetometer(tmp_path, orbit):
                                  "dipole_body": ["mtq_x", "mtq_y", "mtq_z"]}  # fmt: skip
 
 
+def test_a_file_without_a_whole_magnetometer_says_so(tmp_path):
+    def others(k):
+        return [
+            f"{20.5 + 0.1 * k}",
+            f"{-15.1 + 0.2 * k}",
+            *(f"{(k + each) % 7}.5" for each in (1, 2, 3)),
+        ]
+
+    head = "OBT_UTC,MTM_X_uT,MTM_Y_uT,GYR_X_dps,GYR_Y_dps,GYR_Z_dps"
+    rows = [",".join([iso(START + timedelta(seconds=20 * k)), *others(k)]) for k in range(ROWS)]
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join([head, *rows]))
+    found = propose_mapping(path)
+    assert "b_measured" not in found.mapping.columns
+    assert any(each.startswith("b_measured is none") for each in found.guesses)
+
+
 def test_a_model_is_taken_where_there_is_nothing_else(tmp_path):
     found = propose_mapping(put(tmp_path, "utc,b_igrf_x,b_igrf_y,b_igrf_z", iso))
     assert found.mapping.columns["b_measured"] == ["b_igrf_x", "b_igrf_y", "b_igrf_z"]

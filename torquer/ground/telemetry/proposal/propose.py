@@ -196,6 +196,8 @@ def _complete(best: Reading, readings: list[Reading], table: Table, guessed: Gue
             base[key] = base.get(key, {}) | part if isinstance(part, dict) else part
         guesses += _describe(each, table)
         base |= _stated_convention(each, table)
+    if "b_measured" not in base["columns"]:
+        guesses.append("b_measured is none: no three columns x, y, z of a magnetometer were found")
     if best.misfit_nt is not None:
         fits = f"with a bias and one scale the strength fits the orbit's to {best.misfit_nt:.0f} nT"
         guesses.append(fits)

@@ -110,8 +110,9 @@ def describe_values(utc: np.ndarray, values: dict[str, np.ndarray]) -> list[Find
         rows = each if each.ndim == 2 else each[:, None]
         missing = np.isnan(rows).any(axis=1)
         if np.any(missing):
-            text = f"{name}: {int(missing.sum())} rows without a number"
-            found.append(Finding("missing", int(missing.sum()), text))
+            count = int(missing.sum())
+            text = f"{name}: {count} row{'s' * (count > 1)} without a number"
+            found.append(Finding("missing", count, text))
         if name not in ("b_measured", "omega_measured"):
             continue
         zero = (rows == 0.0).all(axis=1)
