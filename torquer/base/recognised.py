@@ -11,23 +11,8 @@ from string import Formatter
 from typing import NamedTuple
 
 #: Where a text that is not recognised is parted; brackets are told by what is in them.
-_BETWEEN = (
-    "\n",
-    "   ",
-    "; ",
-    ": ",
-    ". ",
-    " (",
-    ")",
-    ", ",
-    " [",
-    "]",
-    " · ",
-    " + ",
-    " - ",
-    " and ",
-    "  ",
-)
+_BETWEEN = ("\n", "   ", "; ", ": ", ". ", " (", ")", ", ", " [", "]", " · ", " + ", " - ", " and ",
+            "  ")  # fmt: skip
 _NUMBER = r"[-+±~≥≤<> ]*(?:\d[\d.,]*(?:e[-+]?\d+)?|nan|inf)%?"
 #: Where a text without such marks is parted: numbers and ranges of two that stand alone.
 _ALONE = r"[-+±]?\d[\d.,]*(?:e[-+]?\d+)?%?"

@@ -11,6 +11,7 @@ from torquer.analysis.summary import Summary, summarise, summary_rows, told_rows
 from torquer.analysis.verdict import clock_text
 from torquer.analysis.wheel_use import AT_LIMIT
 from torquer.base.time import DAY_S
+from torquer.computer.blocks.user import UserLaw
 from torquer.design.pointing_answer import PointingBudget, pointing_budget
 from torquer.design.requests import MissionRequest, PointingRequest
 from torquer.scenario.held import slews_in_flight, why_no_attitude
@@ -19,8 +20,8 @@ from torquer.simulation.results.dataset import flown_scenario
 from torquer.simulation.setup.simulate import simulate
 from torquer.spacecraft.wheel_array.envelope import momentum_envelope
 
-#: Laws that may take momentum off the wheels, and a life of a satellite [s] in which it must go.
-_UNLOADS, _LIFE_S = ("unloading", "bias_momentum", "user"), 5.0 * 365.25 * DAY_S
+#: Life of a satellite [s] in which momentum must go.
+_LIFE_S = 5.0 * 365.25 * DAY_S
 
 
 class FlownLaws(NamedTuple):
@@ -89,7 +90,7 @@ def filled_in_words(found: FlownLaws) -> str:
     """What becomes of momentum that no law takes off; "" where one may, or it hardly grows."""
     scenario = flown_scenario(found.result)
     wheels, laws = scenario.spacecraft.wheels, scenario.control.named().laws.values()
-    if wheels is None or any(spec.kind in _UNLOADS for spec in laws):
+    if wheels is None or any(map(_may_unload, laws)):
         return ""
     limit = momentum_envelope(wheels.array()).inner_radius
     gain, period_s = _gained(found), scenario.orbit.period_s
@@ -100,6 +101,11 @@ def filled_in_words(found: FlownLaws) -> str:
         f"have no more than {limit:.2g} N m s about their weakest axis, for about "
         f"{clock_text(float(f'{limit / gain * period_s:.2g}'))}"
     )
+
+
+def _may_unload(spec) -> bool:
+    """Whether a law has a momentum that it wants the wheels to have, or is the user's own."""
+    return isinstance(spec, UserLaw) or bool(spec.momentum_key)
 
 
 def _gained(found: FlownLaws) -> float:

@@ -55,9 +55,10 @@ def init(
     """
     if listed:
         return _list(json)
-    name = name or how.like or (example or "").rpartition("/")[2]
-    if not name:
-        raise ValueError("NAME: must be given; received nothing")
+    if name is None:
+        name = how.like or (example or "").rpartition("/")[2]
+        if not name:
+            raise ValueError("NAME: must be given; received nothing")
     path = _file_for(name)
     text, others = _START.read_text(encoding="utf-8"), {}
     if how != SheetRequest():
