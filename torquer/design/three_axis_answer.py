@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass
 from torquer.base.rows import Row, as_data, as_html, as_text
 from torquer.campaign.capture import Capture, flight
 from torquer.design.failure import Failure
+from torquer.design.three_axis_failure import best_in
 from torquer.design.three_axis_trim import TrimAnswer
 from torquer.scenario.resolution import told_of_steps
 from torquer.scenario.spec import Scenario
@@ -217,7 +218,9 @@ class ThreeAxisAnswer:
         return ends.get(self.design.weight, "")
 
     def best(self) -> str:
-        """The law with which most of the flown starts arrive; of equals the fastest."""
+        """The law flown with the trim; else that with which most starts arrive, or the fastest."""
+        if self.failure:
+            return best_in(self.failure)
 
         def merit(name: str) -> tuple[int, float]:
             flown = self.captures.get(name)
