@@ -234,13 +234,13 @@ class ThreeAxisAnswer:
         It starts at rest in the orbital frame, at the edge of the linear range; ten revolutions.
         """
         name = self.best()
-        law, trimmed = self.candidates[name].law, ", the residual dipole trimmed" * bool(self.trim)
+        law = self.candidates[name].law
         laws = {"hold": law, "trim": self.trim.design.spec.law()} if self.trim else law
         period_s = 2.0 * math.pi / self.task.sampled.hold.rate_rad_s
         held = flight(self.scenario, laws, _REVOLUTIONS, period_s)
         away = {**held.initial.model_dump(mode="json", exclude_unset=True),
                 "euler_deg": [0.0, 0.0, self.task.linear_range_deg]}  # fmt: skip
-        about = f"Three axes held by coils with the law {name}{trimmed}"
+        about = f"Three axes held by coils, law {name}"
         return held.replace("initial", away).replace("description", about)
 
     def tables(self) -> dict[str, str]:

@@ -22,8 +22,6 @@ from torquer.theory.three_axis.gain_search import (
 #: Revolutions of each flight.
 _REVOLUTIONS = 10.0
 REGULATOR = "regulator"
-#: What is said of the law that captures most starts once nothing disturbs them.
-_BEST = ", the best of these laws"
 
 
 def fails(
@@ -47,7 +45,7 @@ def _captures(flown: Capture | None) -> bool:
 
 def best_in(failure: Failure) -> str:
     """Name of the law that was flown to see why it fails."""
-    return failure.design.removesuffix(_BEST)
+    return failure.design.partition(",")[0]
 
 
 def explain_hold(
@@ -79,7 +77,7 @@ def explain_hold(
     name = max(laws, key=lambda each: fly(undisturbed(scenario), 1, laws[each])[0])
     best = laws[name]
     told = (
-        f"{name}{_BEST}",
+        f"{name}, the best of these laws",
         f"starts in any attitude up to {request.capture_rate_deg_s:g} deg/s that stay within "
         f"{request.capture_within_deg:g} deg over the last of {_REVOLUTIONS:g} rev; mean error "
         "there",
