@@ -51,3 +51,28 @@ def test_the_trim_is_advised_where_it_helps_alone(trim_helps):
     assert f"{SOURCES[1]} " in shares
     assert ("let the law dipole_trim" in remedy) == trim_helps
     assert ("make the other causes less, too" in remedy) != trim_helps
+
+
+def answer(laws, failed=None):
+    """An answer with these laws; the trim helps the first of them."""
+    trim = three_axis_trim.TrimAnswer(None, {next(iter(laws)): 1.0})
+    return three_axis_answer.ThreeAxisAnswer(
+        None, None, None, laws, {}, 30.0, (), trim, failed=failed
+    )
+
+
+def test_advice_is_for_the_law_that_the_trim_helps():
+    laws = {"refined": candidate(2.0, 0.1), "formula": candidate(2.0, 1.9)}
+    for each in laws.values():
+        each.notes = ()
+    found = answer(laws)
+    assert "let the law dipole_trim" in found._notes_on("refined")[-1]
+    assert "make the other causes less, too" in found._notes_on("formula")[-1]
+
+
+def test_a_law_of_use_is_better_than_a_faster_one():
+    laws = {"fast": candidate(2.0, 0.1), "unstable": SimpleNamespace(error=None, degree=9.0),
+            "of use": candidate(0.1, 0.1)}  # fmt: skip
+    laws["fast"].degree, laws["of use"].degree = 0.9, 0.5
+    assert answer(laws).best() == "of use"
+    assert answer(laws, failed="fast").best() == "fast"

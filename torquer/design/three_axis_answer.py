@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 from torquer.base.rows import Row, as_data, as_html, as_text
 from torquer.campaign.capture import Capture, flight
 from torquer.design.failure import Failure
-from torquer.design.three_axis_failure import best_in
+from torquer.design.three_axis_failure import REVOLUTIONS
 from torquer.design.three_axis_trim import TrimAnswer
 from torquer.scenario.resolution import told_of_steps
 from torquer.scenario.spec import Scenario
@@ -30,8 +30,6 @@ CAPTURED = Limit(
 )  # fmt: skip
 
 
-#: Of a flight with the best law.
-_REVOLUTIONS = 10.0
 #: What the search of the second pair varies; ends of a range, by their sign.
 _SEARCHED = ("rate_gain_n_m_s_per_t2", "angle_gain_n_m_per_t2 over that of the formula")
 _TRIED = {-1: "the least tried", 1: "the greatest tried"}
@@ -42,7 +40,8 @@ class ThreeAxisAnswer:
     """The design, its laws and the scenario's own by name, and what each captures, if flown.
 
     `within_deg`: steady error beyond which a law is unusable; `case_notes`: what is left out;
-    `trim`: of the residual dipole, where this breaks a law; `failure`: why no law holds, or None.
+    `trim`: of the residual dipole, where this breaks a law; `failure`: why no law holds, or None;
+    `failed`: the law that was flown to see why.
     """
 
     scenario: Scenario
@@ -54,6 +53,7 @@ class ThreeAxisAnswer:
     case_notes: tuple[str, ...]
     trim: TrimAnswer | None
     failure: Failure | None = None
+    failed: str | None = None
 
     def table(self) -> list[list[Row]]:
         """A line for each law."""
@@ -72,7 +72,7 @@ class ThreeAxisAnswer:
             *_margin_rows(each),
             *_error_rows(each),
             Row("verdict", value=self.verdict_on(name).data()),
-            Row("notes", value=self._notes_on(each)),
+            Row("notes", value=self._notes_on(name)),
             Row(
                 "capture", value=captured and {**asdict(captured), "interval": [*captured.interval]}
             ),
@@ -109,9 +109,9 @@ class ThreeAxisAnswer:
         error = each.error
         return error is not None and math.degrees(error.greatest_rad) > self.within_deg
 
-    def _notes_on(self, each: Candidate) -> list[str]:
+    def _notes_on(self, name: str) -> list[str]:
         """Of what to beware; what makes an error that is too great."""
-        helps = self.trim is not None
+        each, helps = self.candidates[name], self.trim is not None and name in self.trim.left_deg
         return [*(_shares(each.error, helps) if self._is_unusable(each) else ()), *each.notes]
 
     def data(self) -> dict:
@@ -150,8 +150,8 @@ class ThreeAxisAnswer:
     def notes(self) -> list[str]:
         """What is left out, and of what to beware with each law."""
         of_laws = (
-            f"{name}: {note}" for name, each in self.candidates.items()
-            for note in self._notes_on(each)
+            f"{name}: {note}" for name in self.candidates
+            for note in self._notes_on(name)
         )  # fmt: skip
         of_steps = (
             f"{name}: {note}" for name, each in self.captures.items() if each is not None
@@ -218,15 +218,15 @@ class ThreeAxisAnswer:
         return ends.get(self.design.weight, "")
 
     def best(self) -> str:
-        """The law flown with the trim; else that with which most starts arrive, or the fastest."""
-        if self.failure:
-            return best_in(self.failure)
+        """The law flown with the trim if none holds; else of those of use the one with which most
+        starts arrive, or the fastest."""
 
-        def merit(name: str) -> tuple[int, float]:
-            flown = self.captures.get(name)
-            return flown.captured if flown else 0, self.candidates[name].degree
+        def merit(name: str) -> tuple[bool, int, float]:
+            each, flown = self.candidates[name], self.captures.get(name)
+            is_of_use = each.error is not None and not self._is_unusable(each)
+            return is_of_use, flown.captured if flown else 0, each.degree
 
-        return max(self.candidates, key=merit)
+        return self.failed or max(self.candidates, key=merit)
 
     def as_scenario(self) -> Scenario:
         """The satellite with the best law, and the trim beside it if there is one.
@@ -237,7 +237,7 @@ class ThreeAxisAnswer:
         law = self.candidates[name].law
         laws = {"hold": law, "trim": self.trim.design.spec.law()} if self.trim else law
         period_s = 2.0 * math.pi / self.task.sampled.hold.rate_rad_s
-        held = flight(self.scenario, laws, _REVOLUTIONS, period_s)
+        held = flight(self.scenario, laws, REVOLUTIONS, period_s)
         away = {**held.initial.model_dump(mode="json", exclude_unset=True),
                 "euler_deg": [0.0, 0.0, self.task.linear_range_deg]}  # fmt: skip
         about = f"Three axes held by coils, law {name}"

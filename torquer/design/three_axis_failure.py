@@ -20,7 +20,7 @@ from torquer.theory.three_axis.gain_search import (
 )
 
 #: Revolutions of each flight.
-_REVOLUTIONS = 10.0
+REVOLUTIONS = 10.0
 REGULATOR = "regulator"
 
 
@@ -43,11 +43,6 @@ def _captures(flown: Capture | None) -> bool:
     return flown is None or 2 * flown.captured > flown.runs
 
 
-def best_in(failure: Failure) -> str:
-    """Name of the law that was flown to see why it fails."""
-    return failure.design.partition(",")[0]
-
-
 def explain_hold(
     scenario: Scenario,
     request: ThreeAxisRequest,
@@ -55,8 +50,8 @@ def explain_hold(
     candidates: Mapping[str, Candidate],
     trim: TrimAnswer | None,
     task_of: Callable[[Scenario], DesignTask],
-) -> Failure:
-    """Why the law fails that captures most starts once nothing disturbs them.
+) -> tuple[str, Failure]:
+    """The law that captures most starts once nothing disturbs them, and why it fails.
 
     `task_of`: what is designed for, by scenario. A regulator is made anew for a changed satellite;
     gains stay as they are.
@@ -64,7 +59,7 @@ def explain_hold(
 
     def fly(changed: Scenario, seed: int, law=None) -> Flown:
         starts = RUNS, request.capture_rate_deg_s, request.capture_within_deg
-        found = captured_by(changed, law or best, _REVOLUTIONS, *starts, seed)
+        found = captured_by(changed, law or best, REVOLUTIONS, *starts, seed)
         return Flown(found.captured, found.runs, found.error_deg)
 
     def fly_anew(changed: Scenario, seed: int) -> Flown:
@@ -79,13 +74,13 @@ def explain_hold(
     told = (
         f"{name}, the best of these laws",
         f"starts in any attitude up to {request.capture_rate_deg_s:g} deg/s that stay within "
-        f"{request.capture_within_deg:g} deg over the last of {_REVOLUTIONS:g} rev; mean error "
+        f"{request.capture_within_deg:g} deg over the last of {REVOLUTIONS:g} rev; mean error "
         "there",
         "deg",
     )
     others = _others(scenario, task_of(scenario), design.weight, best, trim, fly)
-    return explain(
-        scenario, told, lambda each: flight(each, best, _REVOLUTIONS, 1.0), fly, fly_anew, LEVERS,
+    return name, explain(
+        scenario, told, lambda each: flight(each, best, REVOLUTIONS, 1.0), fly, fly_anew, LEVERS,
         others,
     )  # fmt: skip
 

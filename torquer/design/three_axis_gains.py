@@ -74,13 +74,13 @@ def _answer(scenario: Scenario, request: ThreeAxisRequest, task, notes, own) -> 
             name: capture(scenario, task, each, *starts) for name, each in candidates.items()
         }
     within_deg = request.capture_within_deg
-    trim, failure = offered_trim(task, candidates, within_deg), None
+    trim, flown, failure = offered_trim(task, candidates, within_deg), None, None
     if fails(candidates, captures, within_deg):
-        failure = explain_hold(
+        flown, failure = explain_hold(
             scenario, request, design, candidates, trim, lambda changed: _task(changed, request)[0]
         )
     return ThreeAxisAnswer(
-        scenario, task, design, candidates, captures, within_deg, notes, trim, failure
+        scenario, task, design, candidates, captures, within_deg, notes, trim, failure, flown
     )
 
 
