@@ -1,6 +1,8 @@
 """An answer's rows as text, data and HTML."""
 
-from torquer.base.rows import Row, as_data, as_html, as_text
+import math
+
+from torquer.base.rows import Row, as_data, as_html, as_text, degrees_text
 
 LINES = [
     [
@@ -26,3 +28,7 @@ def test_people_read_texts_below_labels_and_units():
 def test_notebooks_escape_what_they_show():
     html = as_html(LINES, ["x > 0"])
     assert "<th>last [h]</th>" in html and "<td>a&lt;b</td>" in html and "<li>x &gt; 0</li>" in html
+
+
+def test_rounding_is_no_angle_but_what_is_no_number_is_told():
+    assert [degrees_text(x) for x in (3.2e-15, 1.5, math.nan)] == ["0", "1.5", "nan"]

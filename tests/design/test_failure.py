@@ -168,6 +168,9 @@ def test_an_error_that_grows_without_a_cause_is_not_called_less():
     assert "why: without residual dipole: 16 of 16, median 1.7 deg (96 % less)" in found.lines()
     still = Failure("it", "error", "deg", Flown(0, 16, 0.0), without, together)
     assert any(line.endswith("(more)") for line in still.lines())
+    never = {"bias": Flown(0, 16, math.inf)}
+    found = Failure("it", "time", "h", Flown(3, 16, 9.0), never, (("bias",), Flown(0, 16, 9.0)))
+    assert "why: without bias: 0 of 16, median inf h (more)" in found.lines()
 
 
 def test_what_limits_most_of_the_error_is_named_where_not_all_arrive_without_it(satellite):

@@ -30,7 +30,7 @@ class Row(NamedTuple):
 
 def degrees_text(angle_deg: float) -> str:
     """An angle for people: without rounding where nothing turns."""
-    return f"{angle_deg if angle_deg > _ROUNDING_DEG else 0.0:.3g}"
+    return f"{0.0 if angle_deg <= _ROUNDING_DEG else angle_deg:.3g}"
 
 
 def as_data(rows: Sequence[Row]) -> dict:

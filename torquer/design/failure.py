@@ -117,9 +117,10 @@ class Failure:
         told, less = self._told(self.without[name]), 100.0 * self.share(name)
         if self.without[name].median <= self.flown.median:
             return f"without {name}: {told} ({less:.0f} % less)"
-        if not self.flown.median > 0.0:
+        of_flown = self.without[name].median / self.flown.median if self.flown.median else math.inf
+        if not math.isfinite(of_flown):
             return f"without {name}: {told} (more)"
-        more = 100.0 * (self.without[name].median / self.flown.median - 1.0)
+        more = 100.0 * (of_flown - 1.0)
         return f"without {name}: {told} ({more:.0f} % more)"
 
     def _limit(self) -> str:
