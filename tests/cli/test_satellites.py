@@ -63,6 +63,19 @@ def test_without_a_name_it_has_that_of_the_size_or_example(
     assert [path.name for path in tmp_path.iterdir()] == [f"{name}.toml"]
 
 
+@pytest.mark.parametrize(
+    ("option", "wrong", "said"),
+    [("--like", "3 u", "--like: must be one of"), ("--example", "no such", "--example: must be")],
+)
+def test_a_wrong_size_or_example_without_a_name_is_named(
+    option, wrong, said, call, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    code, _, err = call("init", option, wrong)
+    assert code == 2 and said in err and repr(wrong) in err
+    assert not [*tmp_path.iterdir()]
+
+
 @pytest.mark.parametrize("name", [path.stem for path in ALL])
 def test_it_is_valid_and_can_be_copied(name, call, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -55,11 +55,7 @@ def init(
     """
     if listed:
         return _list(json)
-    if name is None:
-        name = how.like or (example or "").rpartition("/")[2]
-        if not name:
-            raise ValueError("NAME: must be given; received nothing")
-    path = _file_for(name)
+    path = _file_of(how.like, example) if name is None else _file_for(name)
     text, others = _START.read_text(encoding="utf-8"), {}
     if how != SheetRequest():
         text = _described(_by_size(how, example))
@@ -88,6 +84,13 @@ def init(
 def _described(text: str) -> str:
     """A scenario with its description, which stands above each report, in the reader's language."""
     return _DESCRIPTION.sub(lambda found: f'{found[1]}"{told(found[2])}"', text)
+
+
+def _file_of(like: str | None, example: str | None) -> Path:
+    """The file named after a size or an example, which are checked where they are looked up."""
+    if like is None and example is None:
+        raise ValueError("NAME: must be given; received nothing")
+    return Path(f"{like or str(example).rpartition('/')[2]}.toml")
 
 
 def _file_for(name: str) -> Path:
