@@ -95,7 +95,7 @@ def record_steps(scenario: Scenario, most: int, made: Export, given: Sequence[In
     torque = [with_attributes(each) for each in (checks.torque_axes, checks.torque)]
     places = [*handed_in(given).values()]
     estimated = [name in made.known for name in _ESTIMATE]
-    numbers_of = state_numbers(made)
+    numbers_of, has_marks = state_numbers(made), not is_single()
     while len(inputs) < most and run.advance_to(run.steps) == WAITING:
         known = run.state.board.known.view(np.float64).reshape(-1)
         afresh.append(float(_begins_afresh(run, before_s, known[0])))
@@ -107,13 +107,14 @@ def record_steps(scenario: Scenario, most: int, made: Export, given: Sequence[In
         estimates.append(np.where(estimated, known[_PLACES], np.nan))
         _check_kept(scenario, run, made)
         board = _as_in_c(run, first, made)
-        numbers.append(numbers_of(board))
+        if has_marks:
+            numbers.append(numbers_of(board))
         before_s = known[0]
     if not inputs:
         raise ValueError("simulation: must have a control step to be recorded; received none")
     a, i, c, e = map(np.array, (afresh, inputs, commands, estimates))
-    marks = mark_numbers(np.array(numbers))
-    return Recorded(a, i, c, e, marks * (not is_single()), count_state_words(run.state.board, made))
+    marks = mark_numbers(np.array(numbers)) if has_marks else np.zeros(len(inputs), np.uint64)
+    return Recorded(a, i, c, e, marks, count_state_words(run.state.board, made))
 
 
 def _check_kept(scenario: Scenario, run: Run, made: Export) -> None:
