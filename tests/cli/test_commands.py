@@ -48,6 +48,25 @@ def test_help_loads_nothing_heavy():
         assert name in done.stdout
 
 
+@pytest.mark.parametrize(
+    ("arguments", "given", "threads"),
+    [("", "", "1"), ("", "3", "3"), ("['version']", "", "none")],
+    ids=["a command", "the user's own number", "a call of main"],
+)
+def test_numpy_has_one_thread_in_the_process_of_a_command(arguments, given, threads):
+    """Others would spin, and the last bits of large products could follow the number of cores."""
+    code = (
+        "import os, sys\nfrom torquer.cli import main\nsys.argv = ['torquer', 'version']\n"
+        f"try:\n    main({arguments})\nexcept SystemExit as left:\n    assert not left.code\n"
+        "print(os.environ.get('OPENBLAS_NUM_THREADS', 'none'), file=sys.stderr)\n"
+    )
+    environment = {k: v for k, v in os.environ.items() if k != "OPENBLAS_NUM_THREADS"}
+    environment |= {"OPENBLAS_NUM_THREADS": given} if given else {}
+    of_a_command = {"capture_output": True, "text": True, "check": True, "env": environment}
+    done = subprocess.run([sys.executable, "-c", code], **of_a_command)
+    assert done.stderr.strip() == threads
+
+
 def test_importing_the_package_costs_nothing():
     code = "import sys, torquer; print(sorted({'numpy', 'numba', 'pydantic'} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

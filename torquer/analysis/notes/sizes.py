@@ -34,9 +34,10 @@ def find_sizes(scenario: Scenario) -> dict[str, Size]:
     """Sizes of all quantities, by the names that data sheets have for them."""
     # the rest of a component that is 0.2 of the whole turns a direction by 11 deg
     turn = Size(_RADIAN_DEG, _RADIAN_DEG, "a radian", "a radian", 0.2, False, 1e-6)
+    t_s, b_nt = _along_orbit(scenario)
     return {
-        "field": _field(scenario),
-        "field_rate": _field_rate(scenario),
+        "field": _field(b_nt),
+        "field_rate": _field_rate(scenario, t_s, b_nt),
         "rate": _rate(scenario),
         "sun": turn,
         "nadir": turn,
@@ -52,17 +53,16 @@ def _along_orbit(scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
     return t_s, 1e9 * environment.sample(t_s)[:, 3:6]
 
 
-def _field(scenario: Scenario) -> Size:
-    field_nt = np.linalg.norm(_along_orbit(scenario)[1], axis=1)
+def _field(b_nt: np.ndarray) -> Size:
+    field_nt = np.linalg.norm(b_nt, axis=1)
     least, greatest = float(field_nt.min()), float(field_nt.max())
     weakest = f"the field where it is weakest on this orbit, {least:.3g} nT"
     strongest = f"on this orbit, where the field reaches {greatest:.3g} nT"
     return Size(least, greatest, weakest, strongest, 0.2, False, 1e-3)
 
 
-def _field_rate(scenario: Scenario) -> Size:
+def _field_rate(scenario: Scenario, t_s: np.ndarray, b_nt: np.ndarray) -> Size:
     """Rate of the field in the body: at the start, or what the orbit alone makes of it."""
-    t_s, b_nt = _along_orbit(scenario)
     orbital = np.linalg.norm(np.diff(b_nt, axis=0), axis=1).max() / (t_s[1] - t_s[0])
     turning = math.radians(rate_at_start_deg_s(scenario)) * np.linalg.norm(b_nt, axis=1).max()
     size = float(orbital + turning)
