@@ -50,21 +50,42 @@ def test_help_loads_nothing_heavy():
 
 @pytest.mark.parametrize(
     ("arguments", "given", "threads"),
-    [("", "", "1"), ("", "3", "3"), ("['version']", "", "none")],
-    ids=["a command", "the user's own number", "a call of main"],
+    [
+        ("", {}, "1"),
+        ("", {"OPENBLAS_NUM_THREADS": ""}, "1"),
+        ("", {"OPENBLAS_NUM_THREADS": "3"}, "3"),
+        ("", {"OPENBLAS_DEFAULT_NUM_THREADS": "3"}, "none"),
+        ("", {"GOTO_NUM_THREADS": "3"}, "none"),
+        ("", {"OMP_NUM_THREADS": "3"}, "none"),
+        ("['version']", {}, "none"),
+    ],
+    ids=str,
 )
 def test_numpy_has_one_thread_in_the_process_of_a_command(arguments, given, threads):
-    """Others would spin, and the last bits of large products could follow the number of cores."""
+    """Unless the user asks for a number, by any of the names that OpenBLAS knows."""
     code = (
         "import os, sys\nfrom torquer.cli import main\nsys.argv = ['torquer', 'version']\n"
         f"try:\n    main({arguments})\nexcept SystemExit as left:\n    assert not left.code\n"
         "print(os.environ.get('OPENBLAS_NUM_THREADS', 'none'), file=sys.stderr)\n"
     )
-    environment = {k: v for k, v in os.environ.items() if k != "OPENBLAS_NUM_THREADS"}
-    environment |= {"OPENBLAS_NUM_THREADS": given} if given else {}
+    environment = {k: v for k, v in os.environ.items() if not k.endswith("_NUM_THREADS")} | given
     of_a_command = {"capture_output": True, "text": True, "check": True, "env": environment}
     done = subprocess.run([sys.executable, "-c", code], **of_a_command)
     assert done.stderr.strip() == threads
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="counts threads as Linux does")
+def test_the_thread_that_a_command_asks_for_is_the_only_one():
+    code = (
+        "import os, sys\nfrom torquer.cli import main\nsys.argv = ['torquer', 'version']\n"
+        "try:\n    main()\nexcept SystemExit:\n    pass\n"
+        "import numpy\nnumpy.ones((2, 2)) @ numpy.ones((2, 2))\n"
+        "print(len(os.listdir('/proc/self/task')), file=sys.stderr)\n"
+    )
+    environment = {k: v for k, v in os.environ.items() if not k.endswith("_NUM_THREADS")}
+    of_a_command = {"capture_output": True, "text": True, "check": True, "env": environment}
+    done = subprocess.run([sys.executable, "-c", code], **of_a_command)
+    assert done.stderr.strip() == "1"
 
 
 def test_importing_the_package_costs_nothing():

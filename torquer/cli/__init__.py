@@ -1,7 +1,6 @@
 """The command line: `main`, which can be interrupted cleanly before anything slow is imported."""
 
 import gc
-import os
 import sys
 
 from torquer.cli import process
@@ -18,8 +17,7 @@ def main(arguments: list[str] | None = None) -> None:
     process.own_process = arguments is None
     if process.own_process:
         gc.set_threshold(*_GARBAGE)
-        # NumPy's own threads spin as they wait for work, and no matrix here is large
-        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+        process.ask_for_one_thread()
     let_streams_take_any_text()
     try:
         with process.interrupt_imports():

@@ -14,6 +14,13 @@ own_process = False
 #: What xarray and pandas import wherever it is installed, and a run does not use: a fifth of the
 #: processor time of a short one.
 _UNUSED = ("dask", "pyarrow")
+#: Where OpenBLAS looks for the number of NumPy's threads; the first is what it takes before others.
+_THREADS = (
+    "OPENBLAS_NUM_THREADS",
+    "OPENBLAS_DEFAULT_NUM_THREADS",
+    "GOTO_NUM_THREADS",
+    "OMP_NUM_THREADS",
+)
 
 
 def leave_out_unused() -> None:
@@ -24,6 +31,15 @@ def leave_out_unused() -> None:
     if own_process:
         for name in _UNUSED:
             sys.modules.setdefault(name, None)  # type: ignore[arg-type]  # how Python notes it
+
+
+def ask_for_one_thread() -> None:
+    """Let NumPy have one thread, unless the user asks for a number; before it is imported.
+
+    Others spin while they wait, and sums over many rows would depend on their number.
+    """
+    if not any(os.environ.get(name) for name in _THREADS):
+        os.environ[_THREADS[0]] = "1"
 
 
 @contextlib.contextmanager
