@@ -217,8 +217,8 @@ def replacements(run):
     by_rk4 = rebuilt(fixed_steps.by_rk4, plain, known)
 
     @cuda.jit(device=True)
-    def steps_by(integrator, forces, cells, x, here, first, last, h):
-        return by_rk4(forces, x, here, first, last, h)
+    def steps_by(integrator, forces, cells, x, local, first, last, h):
+        return by_rk4(forces, x, local, first, last, h)
 
     plain["steps_by"] = steps_by
     plain["advance"] = rebuilt(device_function(interval.advance), plain, known)

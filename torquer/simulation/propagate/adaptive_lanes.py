@@ -32,6 +32,7 @@ from torquer.simulation.propagate.dormand_prince import (
 from torquer.simulation.propagate.forces import (
     environment_at,
     forces_now,
+    look_up,
     with_light_between,
 )
 from torquer.simulation.propagate.lane_stages import (
@@ -248,6 +249,10 @@ def steps_of_members(members, rotors, problem, local, step, until):
 
 @inlined
 def auto_in_lanes(members, problem, local, step, until):
-    """Advance members over steps step..until-1 of the time grid, each by its own steps."""
-    rotors = first_member(members).constants.rotors
+    """Advance members over steps step..until-1 of the time grid, each by its own steps.
+
+    What `look_up` finds then.
+    """
+    rotors, tables = first_member(members).constants.rotors, problem.tables
     steps_of_members(members, rotors, problem, local, step, until)
+    return look_up(tables, until * problem.step_s)

@@ -14,6 +14,8 @@ from torquer.simulation.propagate.forces import (
     as_wheels,
     dipole_after,
     environment_at,
+    environment_with,
+    look_up,
     rates_at,
     wheel_spin,
     with_reaction,
@@ -76,17 +78,19 @@ def left_in_step(lag_s, since, h):
 
 @kernel
 def by_rk4(forces, x, local, first, last, h):
-    """Motion after steps first..last-1 by RK4; `local` is the environment before.
+    """(Motion, what `look_up` finds) after steps first..last-1 by RK4; `local`: before them.
 
     The environment is looked up twice a step.
     """
+    found = (local.b_t, local.gravity_gradient)
     for step in range(first, last):
         middle = environment_at(forces.tables, (step + 0.5) * h)
-        end = environment_at(forces.tables, (step + 1) * h)
+        found = look_up(forces.tables, (step + 1) * h)
+        end = environment_with(forces.tables, found, (step + 1) * h)
         left = left_in_step(forces.path.lag_s, (step - first) * h, h)
         x = rk4_step(forces, x, local, middle, end, left, step, h)
         local = end
-    return x
+    return x, found
 
 
 @kernel

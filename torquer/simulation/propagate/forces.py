@@ -125,9 +125,15 @@ def _angle_at(orbit_angle, t):
 
 
 @inlined
+def look_up(tables, t):
+    """Field and gravity-gradient vector at time t [s]."""
+    return lookup6(tables.orbit, t, 3)
+
+
+@inlined
 def environment_at(tables, t):
     """The environment at time t [s]."""
-    return environment_with(tables, lookup6(tables.orbit, t, 3), t)
+    return environment_with(tables, look_up(tables, t), t)
 
 
 @inlined

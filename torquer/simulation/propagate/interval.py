@@ -13,7 +13,6 @@ from numba.extending import overload
 from torquer.compile.arguments import Entry, entry_caller, record_at
 from torquer.compile.engine import called, inlined, kernel, whole
 from torquer.compile.numba_private import INLINED_OPTIONS
-from torquer.environment.table import lookup6
 from torquer.maths.geometry.quaternion import rotate_inverse
 from torquer.maths.geometry.vec3 import dot
 from torquer.simulation.loop.members import (
@@ -46,6 +45,7 @@ from torquer.simulation.propagate.forces import (
     environment_at,
     environment_with,
     forces_now,
+    look_up,
     wheel_spin,
 )
 from torquer.simulation.propagate.lane_stages import put_spin, spin_in
@@ -75,21 +75,26 @@ class Problem(NamedTuple):
     record_steps: int
 
 
-_STEPS = {
-    Auto: lambda integrator, forces, cells, x, local, first, last, h: by_auto(
-        integrator, forces, cells, x, local, first, last, h
-    ),
-    Rk4: lambda integrator, forces, cells, x, local, first, last, h: by_rk4(
-        forces, x, local, first, last, h
-    ),
-    Splitting: lambda integrator, forces, cells, x, local, first, last, h: by_splitting(
-        forces, integrator.moments, integrator.q_principal_to_body, x, first, last, h
-    ),
-}
+def _auto_steps(integrator, forces, cells, x, local, first, last, h):
+    x = by_auto(integrator, forces, cells, x, local, first, last, h)
+    return x, look_up(forces.tables, last * h)
+
+
+def _rk4_steps(integrator, forces, cells, x, local, first, last, h):
+    return by_rk4(forces, x, local, first, last, h)
+
+
+def _splitting_steps(integrator, forces, cells, x, local, first, last, h):
+    moments, axes = integrator.moments, integrator.q_principal_to_body
+    x = by_splitting(forces, moments, axes, x, first, last, h)
+    return x, look_up(forces.tables, last * h)
+
+
+_STEPS = {Auto: _auto_steps, Rk4: _rk4_steps, Splitting: _splitting_steps}
 
 
 def steps_by(integrator, forces, cells, x, local, first, last, h):
-    """Motion after steps first..last-1, by the integrator's type."""
+    """(Motion, what `look_up` finds) after steps first..last-1, by the integrator's type."""
     return _STEPS[type(integrator)](integrator, forces, cells, x, local, first, last, h)
 
 
@@ -110,11 +115,12 @@ def next_draw(dynamics, step, last):
 
 @inlined
 def steps_or_switchings(switching, integrator, member, forces, local, step, until, h):
-    """Motion after steps step..until-1; of coils that are switched, with all that they do."""
+    """The same after steps step..until-1; of coils that are switched, with all that they do."""
     cells = member.state.cells
     if len(switching) == 0:
         return steps_by(integrator, forces, cells[0], read_motion(cells), local, step, until, h)
-    return by_switching(integrator, member, forces, step, until, h)
+    x = by_switching(integrator, member, forces, step, until, h)
+    return x, look_up(forces.tables, until * h)
 
 
 @inlined
@@ -195,30 +201,36 @@ def stays_on_bearing(member, tables, t):
 
 
 def advance(members, problem, local, step, until):
-    """Advance the motion; RUNNING, or how it ended: then the state keeps the motion before."""
+    """Advance the motion; (RUNNING, or how it ended, what `look_up` finds then).
+
+    If it has ended the state keeps the motion before.
+    """
     member, h = members.member, problem.step_s
     cells, forces = member.state.cells, forces_now(member, problem.tables)
     switching, by = member.constants.switching, problem.integrator
-    x = steps_or_switchings(switching, by, member, forces, local, step, until, h)
+    x, found = steps_or_switchings(switching, by, member, forces, local, step, until, h)
     if not is_finite(x):
-        return BAD_STATE
+        return BAD_STATE, found
     if strikes_ring(forces.rigid.acting, problem.tables, x, until * h):
-        return TILTED
+        return TILTED, found
     put_motion(cells, x)
-    return RUNNING
+    return RUNNING, found
 
 
 @inlined
 def rk4_in_lanes(members, problem, local, step, until):
-    """Advance members over steps step..until-1 of the time grid by RK4."""
+    """Advance members over steps step..until-1 of the time grid by RK4; what is looked up then."""
     constants, h = first_member(members).constants, problem.step_s
+    found = (local.b_t, local.gravity_gradient)
     for k in range(step, until):
         middle = environment_at(problem.tables, (k + 0.5) * h)
-        end = environment_at(problem.tables, (k + 1) * h)
+        found = look_up(problem.tables, (k + 1) * h)
+        end = environment_with(problem.tables, found, (k + 1) * h)
         left = left_in_step(constants.coils.lag_s, (k - step) * h, h)
         spin_wheels(members, constants.rotors, k, h)
         each(members, rk4_phase, local, middle, end, left, h)
         local = end
+    return found
 
 
 #: Integrators of members in lanes.
@@ -232,10 +244,10 @@ def _advance(members, problem, local, step, until):
     steps = IN_LANES[problem[problem.fields.index("integrator")].instance_class]
 
     def in_lanes(members, problem, local, step, until):
-        steps(members, problem, local, step, until)
+        found = steps(members, problem, local, step, until)
         must_stop(members, has_motion, BAD_STATE, until)
         must_stop(members, stays_on_bearing, TILTED, until, problem.tables, until * problem.step_s)
-        return RUNNING
+        return RUNNING, found
 
     return in_lanes
 
@@ -291,11 +303,10 @@ def _propagate(address, step, last, look):
     until = next_draw(constants, step, last)
     until = next_dead_motor(constants.switching, constants.rotors, step, until)
     each(members, draw_torques_step, step)
-    ended = advance(members, problem, local, step, until)
+    ended, found = advance(members, problem, local, step, until)
     if ended != RUNNING:
         return -ended
     each(members, actuators_step, (until - step) * h)
-    found = lookup6(problem.tables.orbit, until * h, 3)
     each(members, remember_step, found[0])
     put_local(problem.local, found)
     return until

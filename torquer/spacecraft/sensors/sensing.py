@@ -9,9 +9,12 @@ from torquer.maths.geometry.vec3 import as_matrix
 
 
 @inlined
-def _channel(value, limit, resolution):
-    if resolution > 0.0:
-        value = resolution * np.floor(value / resolution + 0.5)  # math.floor is of 64 bits only
+def _rounded(value, resolution):
+    return resolution * np.floor(value / resolution + 0.5)  # math.floor is of 64 bits only
+
+
+@inlined
+def _within(value, limit):
     return min(max(value, -limit), limit)
 
 
@@ -19,11 +22,9 @@ def _channel(value, limit, resolution):
 def through_electronics(value, limit, resolution):
     """Reading of each axis: rounded to the resolution (0: not), never beyond the range."""
     x, y, z = value
-    return (
-        _channel(x, limit, resolution),
-        _channel(y, limit, resolution),
-        _channel(z, limit, resolution),
-    )
+    if resolution > 0.0:
+        x, y, z = _rounded(x, resolution), _rounded(y, resolution), _rounded(z, resolution)
+    return (_within(x, limit), _within(y, limit), _within(z, limit))
 
 
 @by_scenario
