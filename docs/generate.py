@@ -14,6 +14,8 @@ import tomllib
 from pathlib import Path
 from unittest import mock
 
+sys.path.insert(0, str(Path(__file__).parents[1]))  # the gallery is no part of what is installed
+
 import numpy as np
 from flight_functions import functions_page
 from flight_requirements import requirements_page
@@ -503,6 +505,9 @@ PAGES = {
 }
 
 if __name__ == "__main__":
+    for name in sys.argv[1:]:
+        if name not in PAGES:
+            raise SystemExit(f"PAGE: must be one of {', '.join(PAGES)}; received {name}")
     for name in sys.argv[1:] or PAGES:
         (ROOT / "docs" / name).write_text(PAGES[name](), encoding="utf-8")
     stored_keys.FILE.write_text(stored_tables(mapping_tables()), encoding="utf-8")

@@ -10,6 +10,7 @@ import importlib.util
 import inspect
 import io
 import json
+import os
 import re
 import subprocess
 import sys
@@ -43,6 +44,15 @@ def _generated() -> list[str]:
 
 def test_all_generated_pages_are_known():
     assert _generated() == sorted(_generator().PAGES)
+
+
+def test_pages_are_generated_with_nothing_but_the_package_installed(tmp_path):
+    alone = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    command = [sys.executable, str(ROOT / "docs/generate.py"), "no-such.md"]
+    run = subprocess.run(command, env=alone, cwd=tmp_path, capture_output=True, text=True)
+    assert run.returncode == 1 and run.stdout == ""
+    assert run.stderr.startswith("PAGE: must be one of telemetry-mapping.md, commands.md, ")
+    assert run.stderr.endswith("; received no-such.md\n")
 
 
 @pytest.mark.parametrize("name", _generated())
