@@ -214,6 +214,11 @@ def stacked(value) -> np.ndarray:
     return np.stack(whole, axis=1)
 
 
+def shape_of(value) -> tuple[int, ...]:
+    """Shape of nested tuples of numbers, of each scenario."""
+    return np.shape(stacked(value))[1:] if has_columns(value) else np.shape(value)
+
+
 def unstacked(array: np.ndarray, dimensions: int):
     """Nested tuples of so many dimensions, of floats; of columns if the array has one more."""
     if array.ndim > dimensions:

@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.base.columns import shape_of
 from torquer.base.user_source import cache_beside, plain_function, source_file
 from torquer.compile import engine
 from torquer.computer.blocks import plugin, reasons
@@ -97,7 +98,7 @@ def memory_names(memory) -> tuple | None:
     """Name and shape of each part of a memory with names, () for a number; None of cells."""
     if not isinstance(memory, Mapping):
         return None
-    return tuple((name, np.shape(value)) for name, value in memory.items())
+    return tuple((name, shape_of(value)) for name, value in memory.items())
 
 
 def memory_layout(names: tuple) -> np.dtype:

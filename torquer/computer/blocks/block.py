@@ -19,7 +19,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from torquer.base.columns import Column, array_of
+from torquer.base.columns import Column, array_of, shape_of
 from torquer.base.user_source import plain_function, source_file
 from torquer.base.validate import storable_name, storable_text
 from torquer.compile.sources import is_own
@@ -176,7 +176,7 @@ class Block:
     def first_memory(self) -> np.ndarray:
         """Memory at the start, as cells."""
         values = self.memory.values() if isinstance(self.memory, Mapping) else self.memory
-        return np.array(flat(tuple(values)), dtype=np.float64)
+        return array_of(flat(tuple(values)))
 
     def record_from(self, cells: np.ndarray) -> tuple:
         """Parameters as the function takes them, of what `pack` gives."""
@@ -196,7 +196,7 @@ class Block:
         for name, of in self.log.items():
             unit, axes = (of, ()) if isinstance(of, str) else ("", tuple(of))
             # axes may have labels for the first rows alone
-            shape = tuple(len(axis.labels) for axis in axes) or np.shape(self.memory[name])
+            shape = tuple(len(axis.labels) for axis in axes) or shape_of(self.memory[name])
             found[name] = Logged(places[name][0], shape, unit, axes)
         return found
 

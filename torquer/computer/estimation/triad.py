@@ -9,6 +9,7 @@ from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
+from torquer.base.columns import radians
 from torquer.base.spec import Spec
 from torquer.compile.engine import inlined, kernel
 from torquer.computer.blocks.parameters import OnOff
@@ -206,7 +207,7 @@ class Triad(Spec):
             TriadParameters(
                 float(self.first == "sun"),
                 1e-9 * self.magnetometer_noise_nt,
-                math.radians(self.sun_noise_deg),
+                radians(self.sun_noise_deg),
                 float(self.rate == "gyro"),
             ),
             {

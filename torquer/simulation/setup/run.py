@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.base.computing import by_scenario
 from torquer.base.shared import shared
 from torquer.base.user_code import admit, check_unchanged, own_files
 from torquer.compile.arguments import Arguments
@@ -319,7 +320,7 @@ def prepare(
     """
     admit(scenario)
     scenario, given = with_given(scenario, law, laws)
-    check_judged(scenario.control, scenario.mission)
+    by_scenario(check_judged)(scenario.control, scenario.mission)
     blocks = make_blocks(scenario, given)
     run = _without_tables(scenario, blocks, _start_of(scenario), stops, driven_from_outside)
     if library is not None:
@@ -443,7 +444,10 @@ def _looks_for(what: str, scenario: Scenario, plan: Plan) -> bool:
     sensors = plan.plant.sensors
     read = [DEVICES[number] for number in _rows_read(plan.timetable)]
     found = [(each, getattr(sensors, each.name)) for each in read if each.read]
-    found += [(each.device, each.device.to_unit(each.spec)) for each in scenario.spacecraft.units()]
+    found += [
+        (each.device, by_scenario(each.device.to_unit)(each.spec))
+        for each in scenario.spacecraft.units()
+    ]
     asked = [(getattr(device, what), constants) for device, constants in found]
     return any(looks(constants) for looks, constants in asked if looks)
 
