@@ -118,6 +118,17 @@ def alone_in_lanes(fleet, row):
     return fleet._taken(fleet._lanes, run)
 
 
+def at_once_and_alone(fleet, count):
+    """Numbers of members that are prepared at once, by rows, and of each alone: the same bits."""
+    chunk = fleet.unflown(np.arange(count))
+    found = fleet._at_once.numbers(fleet._lanes, chunk.drawn, chunk.seeds)
+    alone = {row: alone_in_lanes(fleet, row) for row in range(count)}
+    for row, numbers in found.items():
+        assert alone[row] is not None, fleet.campaign.vary
+        assert numbers.tobytes() == alone[row].tobytes(), fleet.campaign.vary
+    return found, alone
+
+
 #: Keys of which members do not share the tables that lanes share.
 _NOT_SHARED = ("simulation", "initial", "orbit", "start", "environment", "control.ephemeris")
 
@@ -144,11 +155,7 @@ def test_any_number_that_varies_alone_is_prepared_at_once(name):
         fleet = Fleet(scenario, campaign)
         if fleet._lanes is None:
             continue
-        chunk = fleet.unflown(np.arange(10))
-        found = fleet._at_once.numbers(fleet._lanes, chunk.drawn, chunk.seeds)
-        alone = {row: alone_in_lanes(fleet, row) for row in range(10)}
-        for row, numbers in found.items():
-            assert numbers.tobytes() == alone[row].tobytes(), key
+        found, alone = at_once_and_alone(fleet, 10)
         # where some members are refused, too few of the others may be left for one computation
         if not found and all(numbers is not None for numbers in alone.values()):
             one_by_one.append(key)
@@ -173,12 +180,7 @@ def test_members_prepared_at_once_have_the_bits_of_each_alone(name, seed, spread
     fleet = Fleet(scenario, campaign)
     if fleet._lanes is None:
         return
-    chunk = fleet.unflown(np.arange(20))
-    found = fleet._at_once.numbers(fleet._lanes, chunk.drawn, chunk.seeds)
-    alone = {row: alone_in_lanes(fleet, row) for row in range(20)}
-    for row, numbers in found.items():
-        assert alone[row] is not None, vary
-        assert numbers.tobytes() == alone[row].tobytes(), vary
+    found, alone = at_once_and_alone(fleet, 20)
     fitting = sum(numbers is not None for numbers in alone.values())
     shares_keys = any(
         ".stages[" in key for key in vary
